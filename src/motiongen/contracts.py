@@ -1,0 +1,223 @@
+"""The types that stages exchange, and the protocols that plugins implement.
+
+Shapes: B batch, T frames, F pose features, D latent width, M memory tokens, A tags, K initial frames. Batch first; masks
+are True where a frame is valid; metres, radians, 30 Hz unless the data says otherwise; world z up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
+
+import torch
+from torch import Tensor, nn
+
+if TYPE_CHECKING:
+    from motiongen.generation.embeddings import Embeddings
+
+
+class CompositionError(ValueError):
+    """Stages that were chosen together cannot work together, or one of them would have no effect."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """All that a user can supply; a generator sees nothing else at run time."""
+
+    tags: Tensor
+    """(B, A) multi-hot: the action to generate."""
+    next_tags: Tensor
+    """(B, A) multi-hot: the action that follows; zero where it is unknown."""
+    initial_motion: Tensor
+    """(B, K, F): the frames just before the action, in the canonical frame of the last of them."""
+    trajectory: Tensor
+    """(B, T, 2): ground-plane root position in the canonical frame, metres; zero where it is not specified."""
+    mask: Tensor
+    """(B, T) bool: True for the frames to generate."""
+
+    @property
+    def lengths(self) -> Tensor:
+        """(B,) frames to generate."""
+        return self.mask.sum(dim=1)
+
+    def to(self, device: torch.device | str) -> Self:
+        return replace(self, **{field.name: getattr(self, field.name).to(device) for field in fields(self)})
+
+
+@dataclass(frozen=True)
+class MotionBatch:
+    """Motion with the condition that it answers."""
+
+    motion: Tensor
+    """(B, T, F), canonical frame of the condition; padded frames are zero."""
+    condition: Condition
+
+    def to(self, device: torch.device | str) -> MotionBatch:
+        return MotionBatch(self.motion.to(device), self.condition.to(device))
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A diagonal Gaussian over the action-level code z."""
+
+    mean: Tensor
+    """(B, D)"""
+    log_variance: Tensor
+    """(B, D)"""
+
+    def sample(self, generator: torch.Generator) -> Tensor:
+        """Reparameterised draw, (B, D). `generator` lives on the CPU, so that a seed means the same on every device."""
+        noise = torch.randn(self.mean.shape, generator=generator).to(self.mean)
+        return self.mean + torch.exp(0.5 * self.log_variance) * noise
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What an unroller tells a decoder about every frame."""
+
+    queries: Tensor
+    """(B, T, D): one code for every frame to generate."""
+    memory: Tensor
+    """(B, M, D): what a decoder attends to."""
+    mask: Tensor
+    """(B, M) bool: which memory tokens are valid."""
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a generator made of a training batch."""
+
+    motion: Tensor
+    """(B, T, F)"""
+    posterior: Posterior | None = None
+    first_pass: Tensor | None = None
+    """(B, T, F): the motion that scheduled sampling fed back (Neural Marionette, supplement Fig. 2)."""
+
+
+@dataclass(frozen=True)
+class Dimensions:
+    """The sizes that all stages of one generator share."""
+
+    features: int
+    tags: int
+    initial_frames: int
+    width: int
+
+
+class Encoder(Protocol):
+    """Condition, and in training the motion, to the distribution of the action-level code."""
+
+    reads: ClassVar[frozenset[str]]
+    """The fields of Condition that it reads."""
+
+    def posterior(self, batch: MotionBatch) -> Posterior:
+        """The distribution that training samples from and the KL term measures."""
+        ...
+
+    def prior(self, condition: Condition) -> Posterior:
+        """The distribution that generation samples from."""
+        ...
+
+
+class Conditioning(Protocol):
+    """z to z', under the condition."""
+
+    reads: ClassVar[frozenset[str]]
+
+    def __call__(self, code: Tensor, condition: Condition) -> Tensor:
+        """(B, D) to (B, D)."""
+        ...
+
+
+class Unroller(Protocol):
+    """The action-level code to frame-level controls."""
+
+    reads: ClassVar[frozenset[str]]
+
+    def __call__(self, code: Tensor, condition: Condition) -> Controls: ...
+
+
+class QueryMechanism(Protocol):
+    """One summand of an unroller's query."""
+
+    reads: ClassVar[frozenset[str]]
+
+    def __call__(self, condition: Condition) -> Tensor:
+        """(B, T, D), or a shape that broadcasts to it."""
+        ...
+
+
+class ControlBranch(Protocol):
+    """Further frame-level controls, concatenated to the unrolled codes."""
+
+    reads: ClassVar[frozenset[str]]
+    width: int
+    """Features that it takes of the D of every frame's control."""
+
+    def __call__(self, condition: Condition) -> Tensor:
+        """(B, T, width)."""
+        ...
+
+
+class Decoder(Protocol):
+    """Controls to motion."""
+
+    reads: ClassVar[frozenset[str]]
+    autoregressive: ClassVar[bool]
+    """Whether `forward` depends on `past`."""
+
+    def __call__(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
+        """Predict every frame from the one before: past (B, T, F) is the motion shifted one frame to the right."""
+        ...
+
+    def generate(self, controls: Controls, condition: Condition) -> Tensor:
+        """Motion (B, T, F) from the controls alone, without gradient."""
+        ...
+
+
+class TrainingScheme(Protocol):
+    """How the decoder is shown its past while it learns."""
+
+    needs_past: ClassVar[bool]
+    """Whether the scheme has an effect on autoregressive decoders only."""
+
+    def __call__(
+        self, decoder: Decoder, controls: Controls, batch: MotionBatch, progress: float, generator: torch.Generator
+    ) -> Prediction:
+        """One training prediction; progress in [0, 1] is the share of the run that is done."""
+        ...
+
+
+Stage = TypeVar("Stage", covariant=True)
+
+
+class Builder(Protocol[Stage]):
+    """A stage whose options are bound (Hydra's `_partial_`), waiting for the sizes and embeddings that stages share."""
+
+    def __call__(self, dimensions: Dimensions, embeddings: Embeddings) -> Stage: ...
+
+
+class Generator(Protocol):
+    """A model of motion. Training and use are two verbs, kept apart."""
+
+    dimensions: Dimensions
+
+    def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
+        """For training: the batch's motion as the model would have made it."""
+        ...
+
+    def generate(self, condition: Condition, seed: int) -> Tensor:
+        """For use: motion (B, T, F) in the condition's canonical frame; the same seed gives the same motion."""
+        ...
+
+
+class GeneratorModule(nn.Module):
+    """A Generator that is also a torch module: what the training shell, checkpoints and tasks hold."""
+
+    dimensions: Dimensions
+
+    def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
+        raise NotImplementedError
+
+    def generate(self, condition: Condition, seed: int) -> Tensor:
+        raise NotImplementedError

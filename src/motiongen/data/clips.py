@@ -1,0 +1,59 @@
+"""What a data set delivers: continuous sequences with labelled segments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from torch import Tensor
+
+from motiongen.motion.skeleton import Skeleton
+
+
+class DataError(ValueError):
+    """A data set that is missing, damaged or not of the promised form; the message names the file and the field."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One labelled action: frames [start, stop) of its sequence."""
+
+    start: int
+    stop: int
+    tags: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """Continuous motion in the world frame at 30 Hz."""
+
+    name: str
+    group: str
+    """Sequences of one group never straddle the split."""
+    features: Tensor
+    """(T, 135) float32"""
+    segments: tuple[Segment, ...]
+    """In time order."""
+
+
+class Source(Protocol):
+    """A data set that can be parsed into sequences."""
+
+    name: str
+    root_tags: frozenset[str]
+    """Tags of actions that travel, for which a trajectory applies."""
+
+    def fingerprint(self) -> str:
+        """Hex digest of the source files' content and of every setting that changes the result."""
+        ...
+
+    def skeleton(self) -> Skeleton:
+        """The mean shape of the data."""
+        ...
+
+    def __len__(self) -> int:
+        """How many sequences will come."""
+        ...
+
+    def sequences(self) -> Iterator[Sequence]: ...

@@ -1,0 +1,1 @@
+"""Poses, rotations, skeletons, kinematics, canonical frames and body models. Pure functions on tensors."""
