@@ -52,6 +52,11 @@ class MotionBatch:
     """(B, T, F), canonical frame of the condition; padded frames are zero."""
     condition: Condition
 
+    @property
+    def past(self) -> Tensor:
+        """P_0 .. P_{T-1}, (B, T, F): the motion one frame late, behind the last initial pose."""
+        return torch.cat([self.condition.initial_motion[:, -1:], self.motion[:, :-1]], dim=1)
+
     def to(self, device: torch.device | str) -> MotionBatch:
         return MotionBatch(self.motion.to(device), self.condition.to(device))
 

@@ -1,0 +1,1 @@
+"""Generators: the staged generator, what its stages share, and the shell that trains it."""

@@ -1,0 +1,1 @@
+"""Loss terms and the one place where they are weighted."""

@@ -1,0 +1,64 @@
+"""MARIONET's Motion Decoder (Neural Marionette, section 4.2.1)."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import torch
+from torch import Tensor, nn
+
+from motiongen.contracts import Condition, Controls, Dimensions
+from motiongen.generation.embeddings import Embeddings
+from motiongen.generation.incremental import IncrementalDecoder
+from motiongen.generation.positions import sinusoidal
+from motiongen.options import PositiveInt, Share
+
+
+class AutoregressiveTransformer(nn.Module):
+    """Causal Transformer decoder from the poses so far and the controls to the next pose.
+
+    Query: embedded past poses with positional encoding; key and value: the controls' memory. The first past pose (begin
+    of pose) is the last frame of the initial motion.
+    """
+
+    reads: ClassVar[frozenset[str]] = frozenset({"initial_motion"})
+    autoregressive: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        dimensions: Dimensions,
+        embeddings: Embeddings,
+        *,
+        layers: PositiveInt,
+        heads: PositiveInt,
+        feedforward: PositiveInt,
+        dropout: Share,
+        activation: str = "gelu",
+    ) -> None:
+        super().__init__()
+        self.width = dimensions.width
+        self.pose_embedding = embeddings.pose
+        layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
+        self.transformer = nn.TransformerDecoder(layer, layers)
+        self.pose = nn.Linear(self.width, dimensions.features)
+
+    def forward(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
+        """Past (B, T, F) to the poses that follow each of its frames, (B, T, F)."""
+        frames = torch.arange(past.shape[1], device=past.device)
+        query = self.pose_embedding(past) + sinusoidal(frames, self.width).to(past)
+        future = torch.ones(len(frames), len(frames), dtype=torch.bool, device=past.device).triu(1)
+        decoded = self.transformer(
+            query, controls.memory, tgt_mask=future, tgt_is_causal=True, memory_key_padding_mask=~controls.mask
+        )
+        return self.pose(decoded)
+
+    def generate(self, controls: Controls, condition: Condition) -> Tensor:
+        frames = condition.mask.shape[1]
+        layers = IncrementalDecoder(self.transformer.layers, controls.memory, controls.mask, frames)
+        pose = condition.initial_motion[:, -1]
+        positions = sinusoidal(torch.arange(frames, device=pose.device), self.width).to(pose)
+        motion = []
+        for frame in range(frames):
+            pose = self.pose(layers.step(frame, self.pose_embedding(pose) + positions[frame]))
+            motion.append(pose)
+        return torch.stack(motion, dim=1)

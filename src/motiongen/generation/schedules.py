@@ -1,0 +1,26 @@
+"""Schedules over the run, in fractions of it, so that a shorter run keeps its shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LinearRamp:
+    """0 until `start`, then linearly up to 1 at `end`; both in [0, 1].
+
+    Raises:
+        ValueError: unless 0 <= start <= end <= 1.
+    """
+
+    start: float
+    end: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.start <= self.end <= 1:
+            raise ValueError(f"a ramp needs 0 <= start <= end <= 1, not start {self.start} and end {self.end}")
+
+    def __call__(self, progress: float) -> float:
+        if progress >= self.end:
+            return 1.0
+        return max(0.0, (progress - self.start) / (self.end - self.start))

@@ -1,0 +1,28 @@
+"""Loss terms over padded batches."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from motiongen.contracts import Posterior
+
+
+def squared_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
+    """Mean squared error of (B, T, Q), averaged over each motion's valid frames, then over motions (Eq. 1b-d, first sum).
+
+    A motion without valid frames counts as zero error.
+    """
+    per_frame = (predicted - target).square().mean(dim=-1) * mask
+    return (per_frame.sum(dim=1) / mask.sum(dim=1).clamp(min=1)).mean()
+
+
+def velocity_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
+    """Squared error of the frame differences, t = 2..T (Eq. 1b-d, second sum); zero for motions of one frame."""
+    pairs = mask[:, 1:] & mask[:, :-1]
+    return squared_error(predicted.diff(dim=1), target.diff(dim=1), pairs)
+
+
+def kl_to_standard_normal(posterior: Posterior) -> Tensor:
+    """KL(N(mean, variance) || N(0, I)), summed over the code, averaged over the batch."""
+    mean, log_variance = posterior.mean, posterior.log_variance
+    return 0.5 * (mean.square() + log_variance.exp() - 1 - log_variance).sum(dim=-1).mean()
