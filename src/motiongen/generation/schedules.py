@@ -23,4 +23,4 @@ class LinearRamp:
     def __call__(self, progress: float) -> float:
         if progress >= self.end:
             return 1.0
-        return max(0.0, (progress - self.start) / (self.end - self.start))
+        return 0.0 if progress <= self.start else (progress - self.start) / (self.end - self.start)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
 from motiongen.contracts import Posterior
@@ -12,7 +13,9 @@ def squared_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
 
     A motion without valid frames counts as zero error.
     """
-    per_frame = (predicted - target).square().mean(dim=-1) * mask
+    # Padded poses are zeros, which are no rotations: their joint positions are not numbers, so they are cut out here.
+    error = torch.where(mask.unsqueeze(-1), predicted - target, 0.0)
+    per_frame = error.square().mean(dim=-1)
     return (per_frame.sum(dim=1) / mask.sum(dim=1).clamp(min=1)).mean()
 
 

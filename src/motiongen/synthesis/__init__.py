@@ -1,0 +1,1 @@
+"""From a timeline of actions to one long motion."""

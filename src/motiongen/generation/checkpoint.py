@@ -1,0 +1,59 @@
+"""Trained generators on disk: weights and what they were made for, readable without executing code."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import torch
+
+from motiongen.contracts import GeneratorModule
+
+FORMAT = 1
+
+
+class CheckpointError(ValueError):
+    """A file of weights that cannot be read or does not fit; the message names the file and the field."""
+
+
+def save_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) -> None:
+    """Write the weights with their tag vocabulary and sizes; the file is whole or absent."""
+    content = {
+        "format": FORMAT,
+        "tags": list(tags),
+        "dimensions": asdict(generator.dimensions),
+        "state": {name: value.cpu() for name, value in generator.state_dict().items()},
+    }
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    torch.save(content, partial)
+    os.replace(partial, path)
+
+
+def load_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) -> None:
+    """Read weights into a generator of the same composition.
+
+    Raises:
+        CheckpointError: no such file, not such a file, or made for other tags, sizes or stages.
+    """
+    if not path.is_file():
+        raise CheckpointError(f"{path}: no such file; has the run finished its training?")
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+    except (pickle.UnpicklingError, RuntimeError, EOFError, OSError) as error:
+        raise CheckpointError(f"{path}: not a generator's weights ({type(error).__name__}: {error})") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise CheckpointError(f"{path}: field 'format' is not {FORMAT}; the file is from another version or program")
+    if content["tags"] != list(tags):
+        raise CheckpointError(f"{path}: field 'tags' is {content['tags']}, but the data has {list(tags)}")
+    if content["dimensions"] != asdict(generator.dimensions):
+        raise CheckpointError(
+            f"{path}: field 'dimensions' is {content['dimensions']}, but this composition has "
+            f"{asdict(generator.dimensions)}"
+        )
+    try:
+        generator.load_state_dict(content["state"])
+    except RuntimeError as error:
+        raise CheckpointError(f"{path}: field 'state' does not fit this composition: {error}") from error

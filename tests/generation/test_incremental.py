@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import nn
+
+from motiongen.generation.incremental import IncrementalDecoder
+
+
+def test_steps_equal_the_causal_decoder():
+    torch.manual_seed(0)
+    layer = nn.TransformerDecoderLayer(16, 4, 32, dropout=0.0, activation="gelu", batch_first=True)
+    decoder = nn.TransformerDecoder(layer, 3).eval()
+    for parameter in decoder.parameters():
+        nn.init.normal_(parameter, std=0.3)
+    query, memory = torch.randn(2, 7, 16), torch.randn(2, 5, 16)
+    mask = torch.tensor([[True] * 5, [True] * 3 + [False] * 2])
+    future = torch.ones(7, 7, dtype=torch.bool).triu(1)
+    with torch.no_grad():
+        whole = decoder(query, memory, tgt_mask=future, memory_key_padding_mask=~mask)
+        steps = IncrementalDecoder(decoder.layers, memory, mask, frames=7)
+        stepped = torch.stack([steps.step(frame, query[:, frame]) for frame in range(7)], dim=1)
+    torch.testing.assert_close(stepped, whole, atol=1e-5, rtol=1e-5)
+
+
+def test_pre_norm_layers_are_refused():
+    layer = nn.TransformerDecoderLayer(16, 4, 32, batch_first=True, norm_first=True)
+    with pytest.raises(ValueError, match="post-norm"):
+        IncrementalDecoder([layer], torch.zeros(1, 1, 16), torch.ones(1, 1, dtype=torch.bool), frames=1)

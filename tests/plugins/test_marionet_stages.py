@@ -1,0 +1,71 @@
+"""What each of MARIONET's mechanisms promises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from motiongen.contracts import CompositionError, Dimensions
+from motiongen.generation.embeddings import Embeddings
+from motiongen.generation.positions import sinusoidal
+from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
+from tests.compositions import batch, marionet
+
+
+def test_reverse_positions_count_down_to_one():
+    mechanism = marionet().unroller.query["reverse_positional_encoding"]
+    codes = mechanism(batch((5, 3)).condition)
+    torch.testing.assert_close(codes[0], sinusoidal(torch.tensor([5, 4, 3, 2, 1]), 32))
+    torch.testing.assert_close(codes[1, :3], sinusoidal(torch.tensor([3, 2, 1]), 32))
+
+
+def test_tag_injection_adds_the_same_code_to_every_frame():
+    generator, condition = marionet(), batch((5, 3)).condition
+    code = generator.unroller.query["tag_injection"](condition)
+    torch.testing.assert_close(code[:, 0], generator.encoder.tag_embedding(condition.tags))
+    assert code.shape == (2, 1, 32)
+
+
+def test_encoder_tells_current_and_next_tag_apart():
+    generator, condition = marionet().eval(), batch((5, 5)).condition
+    swapped = replace(condition, tags=condition.next_tags, next_tags=condition.tags)
+    with torch.no_grad():
+        difference = generator.encoder.prior(condition).mean - generator.encoder.prior(swapped).mean
+    assert difference.abs().max() > 1e-3
+
+
+def test_encoder_tells_the_order_of_the_initial_poses():
+    generator, condition = marionet().eval(), batch((5, 5)).condition
+    backwards = replace(condition, initial_motion=condition.initial_motion.flip(1))
+    with torch.no_grad():
+        difference = generator.encoder.prior(condition).mean - generator.encoder.prior(backwards).mean
+    assert difference.abs().max() > 1e-3
+
+
+def test_decoder_is_causal():
+    generator, data = marionet().eval(), batch((8,))
+    with torch.no_grad():
+        controls = generator.unroller(torch.randn(1, 32), data.condition)
+        past = data.past
+        changed = past.clone()
+        changed[:, 5:] += 1
+        before, after = (generator.decoder(controls, data.condition, p) for p in (past, changed))
+    torch.testing.assert_close(before[:, :5], after[:, :5])
+    assert (before[:, 5:] - after[:, 5:]).abs().max() > 1e-3
+
+
+def test_every_condition_field_changes_the_motion():
+    generator, condition = marionet().eval(), batch((8, 8)).condition
+    base = generator.generate(condition, seed=0)
+    for field in ("tags", "next_tags", "initial_motion", "trajectory"):
+        value = getattr(condition, field)
+        changed = generator.generate(replace(condition, **{field: value.flip(0)}), seed=0)
+        assert (base - changed).abs().max() > 1e-4, field
+
+
+def test_time_unrolling_needs_a_query():
+    sizes = Dimensions(135, 5, 6, 32)
+    with pytest.raises(CompositionError, match="generator/unroller/query"):
+        TimeUnrolling(sizes, Embeddings(sizes), query={}, branches={}, layers=1, heads=4, feedforward=8, dropout=0.0)
