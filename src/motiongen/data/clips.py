@@ -8,11 +8,10 @@ from typing import Protocol
 
 from torch import Tensor
 
+from motiongen.data.roots import DataError
 from motiongen.motion.skeleton import Skeleton
 
-
-class DataError(ValueError):
-    """A data set that is missing, damaged or not of the promised form; the message names the file and the field."""
+__all__ = ["DataError", "Segment", "Sequence", "Source"]
 
 
 @dataclass(frozen=True)

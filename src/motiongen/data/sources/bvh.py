@@ -1,0 +1,183 @@
+"""Biovision Hierarchy (BVH) files: any joint may carry position channels, and these replace its OFFSET."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import roma
+import torch
+from torch import Tensor
+
+from motiongen.data.roots import DataError
+
+
+@dataclass(frozen=True)
+class Bvh:
+    """A parsed file, in the file's own axes and units."""
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    """Parent of every joint, -1 for a root; a parent always comes before its children. End sites are left out."""
+    offsets: Tensor
+    """(J, 3) float64"""
+    rotations: Tensor
+    """(T, J, 3, 3) float64, local"""
+    positions: Tensor
+    """(T, J, 3) float64, local: the position channels where a joint has them, else its offset"""
+    fps: float
+
+    def world(self) -> tuple[Tensor, Tensor]:
+        """World rotations (T, J, 3, 3) and joint positions (T, J, 3)."""
+        rotations: list[Tensor] = []
+        positions: list[Tensor] = []
+        for joint, parent in enumerate(self.parents):
+            rotation, position = self.rotations[:, joint], self.positions[:, joint]
+            if parent >= 0:
+                position = positions[parent] + (rotations[parent] @ position.unsqueeze(-1)).squeeze(-1)
+                rotation = rotations[parent] @ rotation
+            rotations.append(rotation)
+            positions.append(position)
+        return torch.stack(rotations, dim=1), torch.stack(positions, dim=1)
+
+
+@dataclass(eq=False)
+class _Joint:
+    name: str
+    parent: int
+    offset: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    channels: list[str] = field(default_factory=list)
+
+
+def read_bvh(path: Path) -> Bvh:
+    """Read a file.
+
+    Raises:
+        DataError: the file is cut, has a frame line with a wrong number of values, holds values that are not finite
+            numbers, or is no BVH file; the message names the file, the line and the field.
+    """
+    lines = path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    start = next((number for number, line in enumerate(lines) if line.strip() == "MOTION"), None)
+    if start is None:
+        raise DataError(f"{path}:{len(lines)}: MOTION: the section is missing; is the file cut?")
+    joints = _hierarchy(path, lines[:start])
+    frames = int(_setting(path, lines, start + 1, "Frames:"))
+    frame_time = _setting(path, lines, start + 2, "Frame Time:")
+    if frame_time <= 0:
+        raise DataError(f"{path}:{start + 3}: Frame Time: {frame_time} is not positive")
+    values = _frame_values(path, lines, start + 3, frames, sum(len(joint.channels) for joint in joints))
+    rotations, positions = _local_pose(joints, values)
+    return Bvh(
+        names=tuple(joint.name for joint in joints),
+        parents=tuple(joint.parent for joint in joints),
+        offsets=torch.tensor([joint.offset for joint in joints], dtype=torch.float64),
+        rotations=rotations,
+        positions=positions,
+        fps=1 / frame_time,
+    )
+
+
+def _hierarchy(path: Path, lines: list[str]) -> list[_Joint]:
+    joints: list[_Joint] = []
+    open_blocks: list[_Joint] = []
+    named = _Joint("", -1)
+    words = ((number, word) for number, line in enumerate(lines, start=1) for word in line.split())
+    for number, word in words:
+        try:
+            if word in ("ROOT", "JOINT"):
+                parent = joints.index(open_blocks[-1]) if open_blocks else -1
+                named = _Joint(_next(words), parent)
+                joints.append(named)
+            elif word == "End":
+                named = _Joint(_next(words), -1)
+            elif word == "{":
+                open_blocks.append(named)
+            elif word == "}":
+                open_blocks.pop()
+            elif word == "OFFSET":
+                open_blocks[-1].offset = [float(_next(words)) for _ in range(3)]
+            elif word == "CHANNELS":
+                open_blocks[-1].channels = [_channel(_next(words)) for _ in range(int(_next(words)))]
+            elif word != "HIERARCHY":
+                raise ValueError(f"unexpected {word!r}")
+        except (ValueError, IndexError, StopIteration) as error:
+            raise DataError(f"{path}:{number}: HIERARCHY: {word}: {error or 'the section ends too early'}") from error
+    if open_blocks or not joints:
+        raise DataError(f"{path}:{len(lines)}: HIERARCHY: the section ends too early")
+    return joints
+
+
+def _next(words: Iterator[tuple[int, str]]) -> str:
+    return next(words)[1]
+
+
+def _channel(word: str) -> str:
+    if word[:1] not in ("X", "Y", "Z") or word[1:] not in ("position", "rotation"):
+        raise ValueError(f"unknown channel {word!r}")
+    return word
+
+
+def _setting(path: Path, lines: list[str], index: int, name: str) -> float:
+    line = " ".join(lines[index].split()) if index < len(lines) else ""
+    try:
+        return float(line.removeprefix(name) if line.startswith(name) else "")
+    except ValueError:
+        raise DataError(f"{path}:{index + 1}: {name} expected with a number, found {line!r}") from None
+
+
+def _frame_values(path: Path, lines: list[str], first: int, frames: int, channels: int) -> np.ndarray:
+    rows = lines[first:]
+    if len(rows) != frames or not rows:
+        raise DataError(f"{path}:{len(lines)}: Frames: {frames} promised, {len(rows)} lines found; is the file cut?")
+    try:
+        values = np.loadtxt(rows, ndmin=2, comments=None)
+    except ValueError:
+        values = np.empty((0, 0))
+    if values.shape == (frames, channels) and np.isfinite(values).all():
+        return values
+    for number, row in enumerate(rows, start=first + 1):
+        words = row.split()
+        if len(words) != channels:
+            raise DataError(f"{path}:{number}: frame {number - first - 1}: {len(words)} values, not {channels}")
+        for column, word in enumerate(words):
+            if not _finite(word):
+                raise DataError(
+                    f"{path}:{number}: frame {number - first - 1}: value {column}: {word!r} is no finite number"
+                )
+    raise DataError(f"{path}:{first + 1}: frames cannot be read as numbers")
+
+
+def _finite(word: str) -> bool:
+    try:
+        return bool(np.isfinite(float(word)))
+    except ValueError:
+        return False
+
+
+def _local_pose(joints: list[_Joint], values: np.ndarray) -> tuple[Tensor, Tensor]:
+    """Rotations (T, J, 3, 3) and positions (T, J, 3) from the channel values (T, C) in the order of the header."""
+    columns = torch.from_numpy(values)
+    positions = torch.tensor([joint.offset for joint in joints], dtype=torch.float64).repeat(len(values), 1, 1)
+    angle_columns: dict[str, list[list[int]]] = {}
+    turned: dict[str, list[int]] = {}
+    column = 0
+    for index, joint in enumerate(joints):
+        order, sources = "", []
+        for channel in joint.channels:
+            if channel.endswith("position"):
+                positions[:, index, "XYZ".index(channel[0])] = columns[:, column]
+            else:
+                order += channel[0]
+                sources.append(column)
+            column += 1
+        if order:
+            angle_columns.setdefault(order, []).append(sources)
+            turned.setdefault(order, []).append(index)
+    rotations = torch.eye(3, dtype=torch.float64).repeat(len(values), len(joints), 1, 1)
+    # Joints that share an order of axes are converted together; capitals make roma's angles intrinsic, as BVH's are.
+    for order, sources_of_joints in angle_columns.items():
+        angles = columns[:, torch.tensor(sources_of_joints)]
+        rotations[:, turned[order]] = roma.euler_to_rotmat(order, angles, degrees=True)
+    return rotations, positions

@@ -1,0 +1,35 @@
+"""From another skeleton's joint frames to SMPL's local rotations, and from y up to z up."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from motiongen.motion.representation import pack
+from motiongen.motion.skeleton import PARENTS
+
+WORLD_FROM_Y_UP = torch.tensor([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], dtype=torch.float64)
+"""Rx(90 degrees): y becomes z, z becomes -y."""
+
+
+def smpl_pose(rotations: Tensor, align: Tensor, pelvis: Tensor) -> tuple[Tensor, Tensor]:
+    """Local SMPL rotations in a z-up world.
+
+    Args:
+        rotations: (T, 22, 3, 3) world rotations (y up) of the joint frames that stand for SMPL's joints.
+        align: (22, 3, 3) those joint frames in SMPL's T-pose, columns in SMPL's axes. Where the body stands in the T-pose,
+            rotations == align, so the local rotations are the identity.
+        pelvis: (T, 3) metres, y up.
+
+    Returns:
+        Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), z up.
+    """
+    world = rotations @ align.transpose(-1, -2)
+    local = world[:, list(PARENTS)].transpose(-1, -2) @ world
+    local[:, 0] = WORLD_FROM_Y_UP @ world[:, 0]
+    return local, pelvis @ WORLD_FROM_Y_UP.T
+
+
+def features(rotations: Tensor, pelvis: Tensor) -> Tensor:
+    """The stored form of a pose: (T, 135) float32."""
+    return pack(rotations, pelvis).float()
