@@ -1,0 +1,1 @@
+"""Pure metric functions: tensors in, numbers out. Docstrings give definition, unit, range, direction and source."""

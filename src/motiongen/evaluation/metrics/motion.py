@@ -1,0 +1,58 @@
+"""Errors and physical quantities of motions. One number a clip, over valid frames only; padding never enters."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from motiongen.motion.skeleton import FEET, JOINT_NAMES
+
+CONTACT_HEIGHT = {"ankle": 0.15, "foot": 0.07}
+
+
+def trajectory_error(position: Tensor, trajectory: Tensor, mask: Tensor) -> Tensor:
+    """Distance between the root on the ground plane and the trajectory that was asked for, mean over valid frames.
+
+    position (B, T, 2) and trajectory (B, T, 2) in the condition's canonical frame, mask (B, T), to (B,). Unit: metres.
+    Range 0 to infinity, lower is better. Meaningful only for clips whose trajectory is specified. Source: Neural
+    Marionette, section 5.1.2.
+    """
+    return _mean((position - trajectory).norm(dim=-1), mask)
+
+
+def joint_position_error(joints: Tensor, reference: Tensor, mask: Tensor) -> Tensor:
+    """Distance between generated and real joints, mean over joints and valid frames.
+
+    joints and reference (B, T, J, 3) in metres, mask (B, T), to (B,). Unit: centimetres. Range 0 to infinity, lower is
+    better, though a condition has more than one right answer. The protocol passes joints in the condition's canonical
+    frame, root travel included, on the mean skeleton of the data. Source: Neural Marionette, Table 2.
+    """
+    return _mean((joints - reference).norm(dim=-1).mean(dim=-1), mask) * 100
+
+
+def joint_speed(joints: Tensor, mask: Tensor, fps: float = 30.0) -> Tensor:
+    """Speed of the joints, mean over joints and valid frames.
+
+    joints (B, T, J, 3) in metres, mask (B, T), to (B,); NaN for clips of one frame. Unit: metres per second. Range 0 to
+    infinity; best near the speed of real clips of the action: far below it the motion is frozen, far above it jitters.
+    """
+    return _mean((joints[:, 1:] - joints[:, :-1]).norm(dim=-1).mean(dim=-1), mask[:, 1:] & mask[:, :-1]) * fps
+
+
+def foot_skating(joints: Tensor, mask: Tensor) -> Tensor:
+    """Horizontal speed of the ankles and toes that are in contact with the floor.
+
+    joints (B, T, 22, 3) in metres with the floor at z = 0, mask (B, T), to (B,); NaN for clips without contact. A joint
+    is in contact between two valid frames if in both it is below CONTACT_HEIGHT. Unit: centimetres per frame. Range 0
+    to infinity, lower is better; real clips are above 0, as feet roll, so compare with theirs.
+    """
+    feet = joints[:, :, list(FEET)]
+    heights = feet.new_tensor([CONTACT_HEIGHT[JOINT_NAMES[joint].split("_")[1]] for joint in FEET])
+    low = (feet[..., 2] < heights) & mask.unsqueeze(-1)
+    speed = (feet[:, 1:, :, :2] - feet[:, :-1, :, :2]).norm(dim=-1)
+    return _mean(speed.flatten(1), (low[:, 1:] & low[:, :-1]).flatten(1)) * 100
+
+
+def _mean(values: Tensor, valid: Tensor) -> Tensor:
+    """Mean of each row (B, N) over its valid entries in float64; NaN where there are none."""
+    kept = values.double().masked_fill(~valid, 0.0)
+    return kept.sum(dim=1) / valid.sum(dim=1)

@@ -1,0 +1,128 @@
+"""What an evaluation found, ready to be printed, logged and written to summary.json."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from motiongen.evaluation.protocol import Protocol
+
+REAL = "real"
+"""The name of the real test clips among the systems."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean over seeds with its 95% interval, mean +- interval."""
+
+    mean: float
+    interval: float
+    """1.96 std / sqrt(n), std with n - 1; NaN for a single seed."""
+
+    @classmethod
+    def of(cls, values: tuple[float, ...]) -> Estimate:
+        """The estimate from one value a seed."""
+        count = len(values)
+        mean = math.fsum(values) / count
+        if count == 1:
+            return cls(mean, math.nan)
+        deviation = math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (count - 1))
+        return cls(mean, 1.96 * deviation / math.sqrt(count))
+
+
+@dataclass(frozen=True)
+class ActionResult:
+    """One system's clips of one tag, over all seeds. NaN where nothing could be measured."""
+
+    count: int
+    """Test clips with the tag."""
+    accuracy: float
+    joint_speed: float
+    """Metres per second."""
+    speed_ratio: float
+    """Joint speed over that of the real clips: far below 1 is frozen, far above 1 jitters."""
+    foot_skating: float
+    """Centimetres per frame."""
+    skating_ratio: float
+    """Foot skating over that of the real clips."""
+
+
+@dataclass(frozen=True)
+class SystemResult:
+    """What one system, or the real test clips, scored."""
+
+    values: dict[str, tuple[float, ...]]
+    """Metric name to one value a seed."""
+    actions: dict[str, ActionResult]
+    """Tag to what its clips scored."""
+
+    def estimate(self, metric: str) -> Estimate:
+        """Mean and 95% interval over seeds."""
+        return Estimate.of(self.values[metric])
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Every figure of an evaluation with what is needed to judge it."""
+
+    protocol: Protocol
+    systems: dict[str, SystemResult]
+    """The real test clips under REAL, then the systems in the order in which they were given."""
+    count: int
+    """N: test clips, and so the number of motions on either side of every FID of a system."""
+    real_fid_count: int
+    """Training clips that the real test clips' own FID was taken against: `count`, or all there are."""
+    data_fingerprint: str
+    recognizer_fingerprint: str
+    recognizer_accuracy: float
+
+    def off_speed(self, system: str) -> tuple[str, ...]:
+        """Tags whose mean joint speed differs from the real clips' by more than the protocol's tolerance."""
+        tolerance, actions = self.protocol.speed_tolerance, self.systems[system].actions
+        return tuple(tag for tag, action in actions.items() if abs(action.speed_ratio - 1) > tolerance)
+
+    def scalars(self) -> dict[str, float]:
+        """Flat names to numbers for a tracker: "generated/fid", "generated/fid_interval", ... Finite values only."""
+        flat = {"recognizer/test_accuracy": self.recognizer_accuracy}
+        for name, system in self.systems.items():
+            for metric in system.values:
+                estimate = system.estimate(metric)
+                flat[f"{name}/{metric}"] = estimate.mean
+                flat[f"{name}/{metric}_interval"] = estimate.interval
+        return {name: value for name, value in flat.items() if math.isfinite(value)}
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything as plain values for summary.json; what could not be measured is None."""
+        systems = {
+            name: {
+                "metrics": {
+                    metric: {**asdict(system.estimate(metric)), "values": list(values)}
+                    for metric, values in system.values.items()
+                },
+                "actions": {tag: asdict(action) for tag, action in system.actions.items()},
+                "off_speed": list(self.off_speed(name)),
+            }
+            for name, system in self.systems.items()
+        }
+        summary = {
+            "protocol": asdict(self.protocol),
+            "seeds": list(self.protocol.generation_seeds),
+            "count": self.count,
+            "real_fid_count": self.real_fid_count,
+            "data_fingerprint": self.data_fingerprint,
+            "recognizer": {"fingerprint": self.recognizer_fingerprint, "test_accuracy": self.recognizer_accuracy},
+            "systems": systems,
+        }
+        plain: dict[str, Any] = _without_nan(summary)
+        return plain
+
+
+def _without_nan(value: Any) -> Any:
+    """JSON knows no NaN."""
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,83 @@
+"""An evaluation as tables: rows of text for people, the same in a terminal, in Markdown and in a tracker."""
+
+from __future__ import annotations
+
+import math
+
+from motiongen.evaluation.results import REAL, Estimate, Evaluation
+
+HEADINGS = {
+    "accuracy": ("accuracy", 3),
+    "fid": ("FID", 3),
+    "diversity": ("diversity", 3),
+    "multimodality": ("multimodality", 3),
+    "trajectory_error": ("trajectory error (m)", 3),
+    "joint_position_error": ("joint position error (cm)", 2),
+    "joint_speed": ("joint speed (m/s)", 3),
+    "foot_skating": ("foot skating (cm/frame)", 3),
+}
+"""Metric to its column's heading and the decimals that are shown."""
+
+
+def metric_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """One row a system, real clips first: every metric as "mean ± 95% interval", N beside the FID."""
+    rows = []
+    for name, system in evaluation.systems.items():
+        row = {"system": name}
+        for metric, (heading, decimals) in HEADINGS.items():
+            row[heading] = _text(system.estimate(metric), decimals)
+            if metric == "fid":
+                row["N"] = str(evaluation.real_fid_count if name == REAL else evaluation.count)
+        rows.append(row)
+    return rows
+
+
+def action_rows(evaluation: Evaluation, system: str) -> list[dict[str, str]]:
+    """One row an action: accuracy beside the real clips', speed and skating as ratios to theirs, the speed check."""
+    off = evaluation.off_speed(system)
+    real = evaluation.systems[REAL].actions
+    return [
+        {
+            "action": tag,
+            "N": str(action.count),
+            "accuracy": _number(action.accuracy, 2),
+            "real accuracy": _number(real[tag].accuracy, 2),
+            "speed ratio": _number(action.speed_ratio, 2),
+            "skating ratio": _number(action.skating_ratio, 2),
+            "speed check": "off" if tag in off else "ok",
+        }
+        for tag, action in evaluation.systems[system].actions.items()
+    ]
+
+
+def markdown(rows: list[dict[str, str]]) -> str:
+    """Rows with the same columns as a Markdown table whose columns also line up as plain text."""
+    columns = list(rows[0])
+    widths = [max(len(column), *(len(row[column]) for row in rows)) for column in columns]
+    lines = [columns, ["-" * width for width in widths], *([row[column] for column in columns] for row in rows)]
+    return "\n".join(
+        "| " + " | ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)) + " |" for line in lines
+    )
+
+
+def footnote(evaluation: Evaluation) -> str:
+    """What a reader has to know to believe the table."""
+    protocol = evaluation.protocol
+    return (
+        f"{evaluation.count} test clips, generation seeds {list(protocol.generation_seeds)}; "
+        "mean ± 1.96 std / sqrt(n) over seeds. "
+        f"Recognizer {evaluation.recognizer_fingerprint[:12]} knows {evaluation.recognizer_accuracy:.3f} of the real "
+        f"test clips. FID of systems against the {evaluation.count} real test clips, of real test clips against "
+        f"{evaluation.real_fid_count} training clips."
+    )
+
+
+def _text(estimate: Estimate, decimals: int) -> str:
+    if math.isnan(estimate.mean):
+        return "-"
+    mean = f"{estimate.mean:.{decimals}f}"
+    return mean if math.isnan(estimate.interval) else f"{mean} ± {estimate.interval:.{decimals}f}"
+
+
+def _number(value: float, decimals: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{decimals}f}"

@@ -1,0 +1,48 @@
+import math
+
+import pytest
+import torch
+
+from motiongen.evaluation.metrics.motion import foot_skating, joint_position_error, joint_speed, trajectory_error
+from motiongen.motion.skeleton import JOINT, JOINTS
+
+
+@pytest.fixture
+def mask() -> torch.Tensor:
+    return torch.tensor([[True] * 5, [True] * 3 + [False] * 2])
+
+
+def test_trajectory_error_is_the_distance_on_the_ground_over_valid_frames(mask: torch.Tensor) -> None:
+    asked = torch.zeros(2, 5, 2)
+    walked = torch.tensor([3.0, 4.0]).expand(2, 5, 2).clone()
+    walked[1, 3:] = float("nan")
+    assert trajectory_error(walked, asked, mask).tolist() == pytest.approx([5.0, 5.0])
+
+
+def test_joint_position_error_is_in_centimetres_and_averages_joints_and_valid_frames(mask: torch.Tensor) -> None:
+    real = torch.zeros(2, 5, JOINTS, 3)
+    made = real.clone()
+    made[:, 0, 0, 2] = 0.44
+    made[1, 4] = 100.0
+    expected = [44 / (5 * JOINTS), 44 / (3 * JOINTS)]
+    assert joint_position_error(made, real, mask).tolist() == pytest.approx(expected, rel=1e-6)
+
+
+def test_joint_speed_of_a_body_that_glides_is_its_speed(mask: torch.Tensor) -> None:
+    joints = torch.zeros(2, 5, JOINTS, 3)
+    joints[..., 0] = (torch.arange(5) * 0.05).view(1, 5, 1)
+    joints[1, 3:] = 50.0
+    assert joint_speed(joints, mask, fps=30.0).tolist() == pytest.approx([1.5, 1.5], rel=1e-5)
+    assert math.isnan(joint_speed(joints[:1, :1], mask[:1, :1])[0])
+
+
+def test_only_feet_in_contact_skate(mask: torch.Tensor) -> None:
+    joints = torch.ones(2, 5, JOINTS, 3)
+    joints[..., 0] = (torch.arange(5) * 0.02).view(1, 5, 1)
+    assert foot_skating(joints, mask).isnan().all()
+    joints[:, :, JOINT["left_foot"], 2] = 0.0
+    joints[1, 3:] = 50.0
+    assert foot_skating(joints, mask).tolist() == pytest.approx([2.0, 2.0], rel=1e-5)
+    # A foot that comes down onto the floor was not in contact before.
+    joints[0, :4, JOINT["left_foot"], 2] = 1.0
+    assert foot_skating(joints, mask)[0].isnan()
