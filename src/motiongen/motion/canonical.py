@@ -10,6 +10,8 @@ from torch import Tensor
 from motiongen.motion.representation import ROOT_ROTATION, TRANSLATION
 from motiongen.motion.rotations import yaw_matrix
 
+GROUND = slice(TRANSLATION.start, TRANSLATION.start + 2)
+"""The pelvis' position on the floor."""
 UPRIGHT = 0.2
 """Below this horizontal length the pelvis' left axis does not tell a heading, and its forward axis is used."""
 
@@ -38,17 +40,19 @@ class GroundFrame:
     @classmethod
     def of(cls, pose: Tensor) -> GroundFrame:
         """The frame in which the poses (..., 135) face -y above the origin."""
-        return cls(heading(pose), pose[..., TRANSLATION][..., :2])
+        return cls(heading(pose), pose[..., GROUND])
 
     def enter(self, features: Tensor) -> Tensor:
         """World features (..., T, 135) in this frame. Linear in the features, so it is exact for any 6D values."""
-        ground = torch.cat([self.origin, torch.zeros_like(self.origin[..., :1])], dim=-1).unsqueeze(-2)
-        return _turn(features, -self.yaw, shift_before=-ground)
+        moved = features.clone()
+        moved[..., GROUND] -= self.origin.unsqueeze(-2)
+        return _turn(moved, -self.yaw)
 
     def leave(self, features: Tensor) -> Tensor:
         """The inverse of `enter`."""
-        ground = torch.cat([self.origin, torch.zeros_like(self.origin[..., :1])], dim=-1).unsqueeze(-2)
-        return _turn(features, self.yaw, shift_after=ground)
+        moved = _turn(features, self.yaw)
+        moved[..., GROUND] += self.origin.unsqueeze(-2)
+        return moved
 
     def leave_ground(self, points: Tensor) -> Tensor:
         """Ground-plane points (..., T, 2) of this frame in the world."""
@@ -59,11 +63,11 @@ class GroundFrame:
         return (points - self.origin.unsqueeze(-2)) @ yaw_matrix(self.yaw)[..., :2, :2]
 
 
-def _turn(features: Tensor, yaw: Tensor, shift_before: float | Tensor = 0.0, shift_after: float | Tensor = 0.0) -> Tensor:
+def _turn(features: Tensor, yaw: Tensor) -> Tensor:
+    """Features (..., T, 135) turned about the world's z axis by yaw (...)."""
     turned = features.clone()
-    matrix = yaw_matrix(yaw).unsqueeze(-3).to(features)
-    root = features[..., ROOT_ROTATION].unflatten(-1, (2, 3)) @ matrix.transpose(-1, -2)
-    turned[..., ROOT_ROTATION] = root.flatten(-2)
-    position = (features[..., TRANSLATION] + shift_before).unsqueeze(-2) @ matrix.transpose(-1, -2)
-    turned[..., TRANSLATION] = position.squeeze(-2) + shift_after
+    matrix = yaw_matrix(yaw).to(features).transpose(-1, -2)
+    columns = features[..., ROOT_ROTATION].unflatten(-1, (2, 3))
+    turned[..., ROOT_ROTATION] = (columns @ matrix.unsqueeze(-3)).flatten(-2)
+    turned[..., TRANSLATION] = features[..., TRANSLATION] @ matrix
     return turned

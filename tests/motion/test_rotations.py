@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+import math
+
+import roma
+import torch
+
+from motiongen.motion.rotations import matrix_from_rot6d, rot6d_from_matrix, yaw_matrix
+
+
+def random_rotations(*shape: int) -> torch.Tensor:
+    torch.manual_seed(0)
+    return roma.random_rotmat(shape, dtype=torch.float64)
+
+
+def test_round_trip():
+    rotations = random_rotations(50)
+    torch.testing.assert_close(matrix_from_rot6d(rot6d_from_matrix(rotations)), rotations)
+
+
+def test_layout_is_first_column_then_second():
+    matrix = torch.arange(9.0).reshape(3, 3)
+    assert rot6d_from_matrix(matrix).tolist() == [0, 3, 6, 1, 4, 7]
+
+
+def test_any_two_directions_give_a_rotation():
+    torch.manual_seed(1)
+    matrices = matrix_from_rot6d(torch.randn(50, 6, dtype=torch.float64))
+    identity = torch.eye(3, dtype=torch.float64).expand(50, 3, 3)
+    torch.testing.assert_close(matrices @ matrices.transpose(-1, -2), identity)
+    torch.testing.assert_close(torch.linalg.det(matrices), torch.ones(50, dtype=torch.float64))
+
+
+def test_gradient_is_finite_at_the_identity():
+    rot6d = torch.tensor([1.0, 0, 0, 0, 1, 0], requires_grad=True)
+    matrix_from_rot6d(rot6d).sum().backward()
+    assert torch.isfinite(rot6d.grad).all()
+
+
+def test_yaw_is_counter_clockwise_seen_from_above():
+    turned = yaw_matrix(torch.tensor(math.pi / 2)) @ torch.tensor([0.0, -1.0, 0.0])
+    torch.testing.assert_close(turned, torch.tensor([1.0, 0.0, 0.0]))
