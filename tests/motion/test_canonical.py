@@ -52,7 +52,7 @@ def test_heading_survives_leaning_forward(lean):
     pose = standing(1)
     lean_matrix = roma.rotvec_to_rotmat(torch.tensor([math.radians(90 + lean), 0.0, 0.0]))
     pose[..., :6] = lean_matrix[:, :2].T.flatten()
-    turned = GroundFrame(torch.tensor([1.1]), torch.zeros(1, 2)).leave(pose)
+    turned = GroundFrame(torch.tensor(1.1), torch.zeros(2)).leave(pose)
     assert heading(turned).item() == pytest.approx(1.1, abs=1e-5)
 
 
@@ -60,7 +60,7 @@ def test_heading_of_a_body_that_lies_on_its_side_is_that_of_its_front():
     pose = standing(1)
     lying = roma.euler_to_rotmat("yx", torch.tensor([90.0, 90.0]), degrees=True)
     pose[..., :6] = lying[:, :2].T.flatten()
-    turned = GroundFrame(torch.tensor([0.4]), torch.zeros(1, 2)).leave(pose)
+    turned = GroundFrame(torch.tensor(0.4), torch.zeros(2)).leave(pose)
     assert (heading(turned) - heading(pose)).item() == pytest.approx(0.4, abs=1e-5)
 
 
