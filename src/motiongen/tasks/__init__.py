@@ -1,0 +1,67 @@
+"""The verbs that a user types: what each needs, and where it is. Nothing heavy is imported before one of them runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from omegaconf import DictConfig
+
+
+@dataclass(frozen=True)
+class Task:
+    """One verb."""
+
+    run: Callable[[DictConfig], None]
+    reads: tuple[str, ...] = ()
+    """Top-level sections of the configuration that must be complete and right."""
+    needs: tuple[str, ...] = ()
+    """Top-level keys that may not be null."""
+    needs_experiment: bool = False
+
+
+def _train(config: DictConfig) -> None:
+    from motiongen.tasks.train import run
+
+    run(config)
+
+
+def _evaluate(config: DictConfig) -> None:
+    from motiongen.tasks.evaluate import run
+
+    run(config)
+
+
+def _synthesize(config: DictConfig) -> None:
+    from motiongen.tasks.synthesize import run
+
+    run(config)
+
+
+def _prepare(config: DictConfig) -> None:
+    from motiongen.tasks.prepare import run
+
+    run(config)
+
+
+def _train_recognizer(config: DictConfig) -> None:
+    from motiongen.tasks.train_recognizer import run
+
+    run(config)
+
+
+def _list(config: DictConfig) -> None:
+    from motiongen.tasks.list import run
+
+    run(config)
+
+
+MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "tracker")
+TASKS: dict[str, Task] = {
+    "train": Task(_train, (*MEASURING, "generator", "objective", "optimizer", "trainer"), needs_experiment=True),
+    "evaluate": Task(_evaluate, ("evaluation", "tracker"), needs=("run",)),
+    "synthesize": Task(_synthesize, ("body", "tracker"), needs=("run", "timeline")),
+    "prepare": Task(_prepare, ("scale", "data")),
+    "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
+    "list": Task(_list),
+}

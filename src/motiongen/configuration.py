@@ -1,0 +1,197 @@
+"""Composes a configuration and says what is wrong with it, before torch is loaded or a folder is made."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+import yaml
+from hydra import compose as hydra_compose
+from hydra import initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Glob, IntervalSweep, Override, Sweep
+from hydra.errors import HydraException, MissingConfigException, OverrideParseException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from motiongen.discovery import core_conf, options, register_search_path
+from motiongen.options_check import problems_in
+from motiongen.resolvers import register_resolvers
+from motiongen.suggestions import did_you_mean
+from motiongen.tasks import TASKS
+
+HYDRA_VERSION_BASE = "1.3"
+COMPOSITION_ERRORS = (HydraException, OmegaConfBaseException, yaml.YAMLError, ValueError)
+PLACED_AT_THE_TOP = ("experiment", "ablation", "search")
+"""Groups whose options are parts of the whole configuration, so that they are added with `+`."""
+
+
+class ConfigurationError(ValueError):
+    """What is wrong with a command line or a configuration file, in words for the person who typed it."""
+
+
+def compose(overrides: Sequence[str] = (), *, with_hydra: bool = False) -> DictConfig:
+    """The configuration that a command line gets, e.g. compose(["+experiment=marionette", "scale=smoke"]).
+
+    `with_hydra` keeps the node `hydra` in it. Not to be called while Hydra runs a job: it has one state per process.
+
+    Raises:
+        ConfigurationError: an override or a file is wrong; the message names it and the nearest right name.
+    """
+    register_search_path()
+    register_resolvers()
+    try:
+        return _compose(overrides, with_hydra=with_hydra)
+    except COMPOSITION_ERRORS as error:
+        raise ConfigurationError(_reworded(error, list(overrides))) from error
+
+
+def _compose(overrides: Sequence[str], *, with_hydra: bool) -> DictConfig:
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(str(core_conf()), job_name="motiongen", version_base=HYDRA_VERSION_BASE):
+        return hydra_compose("config", list(overrides), return_hydra_config=with_hydra)
+
+
+def check(overrides: Sequence[str], *, multirun: bool = False) -> DictConfig:
+    """Composes and checks the configuration of a command line, and of every value that it sweeps over.
+
+    Returns:
+        the (first) configuration.
+
+    Raises:
+        ConfigurationError: naming everything that was found wrong.
+    """
+    variants = list(_variants(overrides)) if multirun else [list(overrides)]
+    configs = []
+    for variant in variants:
+        config = compose(variant, with_hydra=True)
+        _check_one(config)
+        configs.append(config)
+    return configs[0]
+
+
+def _check_one(config: DictConfig) -> None:
+    problems = list(_unknown_sections(config))
+    name = str(config.task.name)
+    task = TASKS.get(name)
+    if task is None:
+        raise ConfigurationError(
+            f"task={name}: there is no such task{did_you_mean(name, TASKS)}\n{_list('tasks', TASKS)}"
+        )
+    if task.needs_experiment and not config.get("name"):
+        names = [option.name for option in options() if option.group == "experiment"]
+        raise ConfigurationError(
+            f"task={name} needs an experiment: add +experiment={names[0] if names else '...'}\n"
+            f"{_list('experiments', names)}"
+        )
+    problems += [f"{key} must be given: {key}=..." for key in task.needs if config.get(key) is None]
+    problems += problems_in(config, task.reads)
+    if problems:
+        raise ConfigurationError("\n".join(problems))
+
+
+def _unknown_sections(config: DictConfig) -> Iterator[str]:
+    """Keys at the top that no file declares: `+sead=1` would otherwise be taken without a word."""
+    known = {str(key) for key in OmegaConf.load(core_conf() / "config.yaml")} | {"hydra"}
+    known |= {option.group.split("/")[0] for option in options() if option.group not in PLACED_AT_THE_TOP}
+    for key in config:
+        if key not in known:
+            groups = {option.group for option in options()}
+            yield f"there is no key {key!r}{did_you_mean(str(key), (known | groups) - {'defaults'})}"
+
+
+def _variants(overrides: Sequence[str]) -> Iterator[list[str]]:
+    """One command line for each value of each sweep, the other sweeps at their first value."""
+    try:
+        parsed = OverridesParser.create().parse_overrides(list(overrides))
+    except HydraException as error:
+        raise ConfigurationError(_reworded(error, list(overrides))) from error
+    lines = [_values(override) for override in parsed]
+    first = [line[0] for line in lines]
+    yield first
+    for index, line in enumerate(lines):
+        for value in line[1:]:
+            yield [*first[:index], value, *first[index + 1 :]]
+
+
+def _values(override: Override) -> list[str]:
+    """`key=value` for every value that decides whether a sweep is valid: all choices, the ends of a range."""
+    value = override.value()
+    if not isinstance(value, Sweep | Glob):
+        return [str(override.input_line)]
+    key = override.get_key_element()
+    if isinstance(value, Glob):
+        names = [option.name for option in options() if option.group == override.key_or_group]
+        matches = value.filter(names)
+        if not matches:
+            raise ConfigurationError(f"{override.input_line}: no option matches\n{_list('options', names)}")
+        return [f"{key}={name}" for name in matches]
+    if isinstance(value, IntervalSweep):
+        return [f"{key}={value.start}", f"{key}={value.end}"]
+    values = list(override.sweep_string_iterator())
+    if override.is_range_sweep():
+        values = [values[0], values[-1]]
+    return [f"{key}={value}" for value in values]
+
+
+def _reworded(error: Exception, overrides: list[str]) -> str:
+    """Hydra's composition error in terms of what was typed, the nearest right name and what there is to choose."""
+    message = str(error) or str(error.__cause__)
+    if isinstance(error, OverrideParseException):
+        problem = message.splitlines()[0]
+        return f"{error.override!r} cannot be read: {problem}; quote values with special characters, key='a b'"
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
+        return _missing_option(str(error.missing_cfg_file), message)
+    if match := re.search(r"Could not (?:override|append to config|delete from config)\W+'?([\w./@]+)'?", message):
+        return _unknown_key(match[1], message, overrides)
+    cause = error.__cause__
+    detail = f" ({str(cause).splitlines()[0]})" if isinstance(cause, OmegaConfBaseException) and message else ""
+    return message.strip() + detail
+
+
+def _missing_option(path: str, message: str) -> str:
+    group, _, name = path.rpartition("/")
+    names = [option.name for option in options() if option.group == group]
+    where = re.match(r"In '([^']+)'", message)
+    origin = f" (named by {where[1]})" if where and where[1] != "config" else ""
+    if not names:
+        groups = sorted({option.group for option in options()})
+        return f"{group}={name}: nothing offers options for {group}{origin}\n{_list('groups', groups)}"
+    return f"{group}={name}: there is no such option{origin}{did_you_mean(name, names)}\n{_list('options', names)}"
+
+
+def _unknown_key(key: str, message: str, overrides: list[str]) -> str:
+    typed = next((text for text in overrides if text.lstrip("+~").split("=")[0] == key), key)
+    if key in PLACED_AT_THE_TOP:
+        return f"{typed}: {key} is added, not replaced: +{typed}"
+    if "already at" in message:
+        return f"{typed}: {key} is there already; leave out the +"
+    try:
+        config = _compose([text for text in overrides if text != typed], with_hydra=False)
+    except COMPOSITION_ERRORS:
+        config = OmegaConf.create()
+    groups = {option.group for option in options()}
+    known = set(_keys(config))
+    last = key.rpartition(".")[2]
+    near = did_you_mean(key, known | groups)
+    if not near:  # the right name in the wrong place, or without its place
+        same = sorted(name for name in known if name.rpartition(".")[2] == last)
+        near = f"; did you mean {' or '.join(repr(name) for name in same[:3])}?" if same else ""
+    parent, _, _ = key.rpartition(".")
+    siblings = sorted(name[len(parent) :].lstrip(".") for name in known if name.rpartition(".")[0] == parent)
+    siblings = [name for name in siblings if not name.startswith("_")]
+    return f"{typed}: there is no key {key!r}{near}\n" + _list(f"keys of {parent}" if parent else "keys", siblings)
+
+
+def _keys(config: DictConfig, prefix: str = "") -> Iterator[str]:
+    for key in config:
+        yield f"{prefix}{key}"
+        if not OmegaConf.is_interpolation(config, str(key)) and not OmegaConf.is_missing(config, key):
+            value = config[key]
+            if isinstance(value, DictConfig):
+                yield from _keys(value, f"{prefix}{key}.")
+
+
+def _list(title: str, names: Iterable[str]) -> str:
+    return f"  {title}: {', '.join(names) or 'none'}"

@@ -1,0 +1,107 @@
+"""The functions that configuration files call, such as `${width:256}` and `${run_name:}`.
+
+`scale` is a set of factors. A file states the paper's own size, `layers: ${depth:6}`, and the chosen scale shrinks it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from pathlib import Path
+
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import Container, DictConfig, OmegaConf
+
+WIDTH_STEP = 8
+"""Widths stay multiples of this, so that attention heads divide them."""
+LONGEST_RUN_NAME = 120
+SHOWN_ELSEWHERE = {"task", "experiment", "name", "data", "scale", "seed", "tracker", "cache", "run", "resume"}
+"""Overrides that a run name shows in a place of their own, or that change nothing about what runs."""
+
+
+def _factor(root: Container, name: str) -> float:
+    value = OmegaConf.select(root, f"scale.{name}")
+    if value is None:
+        raise ValueError(f"scale.{name} is needed and not set; choose scale=paper, small or smoke")
+    return float(value)
+
+
+def _whole(value: float) -> int:
+    return max(1, math.floor(value + 0.5))
+
+
+def scaled_width(paper: int, *, _root_: Container) -> int:
+    """A layer's width: the nearest multiple of 8, at least 8."""
+    return WIDTH_STEP * _whole(paper * _factor(_root_, "width") / WIDTH_STEP)
+
+
+def scaled_depth(paper: int, *, _root_: Container) -> int:
+    """A number of layers, at least 1."""
+    return _whole(paper * _factor(_root_, "depth"))
+
+
+def scaled_heads(paper: int, *, _root_: Container) -> int:
+    """A number of attention heads: a power of two where the paper's is, at least 1."""
+    return _whole(paper * _factor(_root_, "heads"))
+
+
+def scaled_dropout(paper: float, *, _root_: Container) -> float:
+    return paper * _factor(_root_, "dropout")
+
+
+def scaled_epochs(paper: int, *, _root_: Container) -> int:
+    """A number of epochs, at least 1."""
+    return _whole(paper * _factor(_root_, "epochs"))
+
+
+def scaled_learning_rate(paper: float, *, _root_: Container) -> float:
+    return paper * _factor(_root_, "learning_rate")
+
+
+def default_cache() -> str:
+    """Where prepared data and recognizers are kept: $MOTIONGEN_CACHE, or the platform's folder for caches."""
+    if chosen := os.environ.get("MOTIONGEN_CACHE"):
+        return str(Path(chosen).expanduser().absolute())
+    from platformdirs import user_cache_dir
+
+    return user_cache_dir("motiongen", appauthor=False)
+
+
+def run_name(*, _root_: Container) -> str:
+    """What runs, for folders and trackers: `marionette-builtin-small-s0`, then what the command line changed."""
+    hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    choices = hydra.runtime.choices
+    task = choices.get("task", "train")
+    name = OmegaConf.select(_root_, "name")
+    seed = OmegaConf.select(_root_, "seed")
+    parts = [str(part) for part in (name, None if task == "train" else task) if part]
+    parts += [str(choices[group]) for group in ("data", "scale") if choices.get(group)]
+    parts.append(f"s{seed}")
+    for override in hydra.overrides.task:
+        key, _, value = override.lstrip("+~").partition("=")
+        if key.split(".")[0] not in SHOWN_ELSEWHERE and key not in SHOWN_ELSEWHERE:
+            parts.append(f"{re.split('[./]', key)[-1]}={value}")
+    readable = re.sub(r"[^\w.=,+-]+", "_", "-".join(parts)).strip("_.")
+    return readable[:LONGEST_RUN_NAME]
+
+
+def current_run_name(config: DictConfig) -> str:
+    """The name of the run that is going on, which its folder bears too."""
+    return run_name(_root_=config)
+
+
+def register_resolvers() -> None:
+    """Makes the functions known to OmegaConf; calling it again changes nothing."""
+    resolvers = {
+        "width": scaled_width,
+        "depth": scaled_depth,
+        "heads": scaled_heads,
+        "dropout": scaled_dropout,
+        "epochs": scaled_epochs,
+        "learning_rate": scaled_learning_rate,
+        "default_cache": default_cache,
+        "run_name": run_name,
+    }
+    for name, resolver in resolvers.items():
+        OmegaConf.register_new_resolver(name, resolver, replace=True)
