@@ -1,0 +1,70 @@
+"""The people of the corpus: one body, different ways to move it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Subject:
+    """How a person moves. Angles in degrees, lengths in metres; factors are about 1."""
+
+    name: str
+    tempo: float
+    amplitude: float
+    right_handed: bool
+    slouch: float
+    """Forward bend of the spine at rest."""
+    arm_carry: float
+    """Abduction of the hanging arms."""
+    elbow_carry: float
+    stance_width: float
+    """Of one foot from the middle line."""
+    toe_out: float
+    stride: float
+    sway: float
+    bounce: float
+    knee_bend: float
+    """How far the pelvis hangs below straight legs."""
+    stiffness: float
+    """Share of the shoulders' counter-rotation that is lost."""
+    restless: float
+    chin: float
+    """Bend of the head at rest, positive looks down."""
+
+
+def cast(seed: int, count: int) -> tuple[Subject, ...]:
+    """Draw `count` people; every fourth is left-handed.
+
+    Tempo, amplitude and posture are stratified, so that a small cast still spans them.
+    """
+    generator = np.random.default_rng([seed, 1])
+
+    def spread(low: float, high: float) -> list[float]:
+        places = (generator.permutation(count) + generator.uniform(0.1, 0.9, count)) / count
+        return [float(value) for value in low + (high - low) * places]
+
+    return tuple(
+        Subject(f"subject_{index:02d}", *traits[:2], index % 4 != 3, *traits[2:])
+        for index, traits in enumerate(
+            zip(
+                spread(0.86, 1.16),
+                spread(0.80, 1.18),
+                spread(-2.0, 13.0),
+                spread(4.0, 13.0),
+                spread(8.0, 24.0),
+                spread(0.075, 0.115),
+                spread(2.0, 13.0),
+                spread(0.86, 1.12),
+                spread(0.7, 1.3),
+                spread(0.7, 1.3),
+                spread(0.010, 0.028),
+                spread(0.0, 0.5),
+                spread(0.6, 1.4),
+                spread(-3.0, 6.0),
+                strict=True,
+            )
+        )
+    )
