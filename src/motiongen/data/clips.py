@@ -11,7 +11,10 @@ from torch import Tensor
 from motiongen.data.roots import DataError
 from motiongen.motion.skeleton import Skeleton
 
-__all__ = ["DataError", "Segment", "Sequence", "Source"]
+__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Source"]
+
+INITIAL_FRAMES = 6
+"""K, the frames of motion that are given before an action (Neural Marionette, section 3.1)."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def check_root(root: str | Path, option: str = "data.source.root") -> Path:
     folder = Path(root).expanduser()
     if not folder.is_dir():
         raise DataError(
-            f"{option}: folder {folder.absolute()} does not exist; set {option}=<folder that holds the data set>, or the "
+            f"{option}: folder {folder.absolute()} does not exist; set {option}=<the data set's folder>, or the "
             f"environment variable MOTIONGEN_SHARED_DATA to the folder above it"
         )
     return folder

@@ -44,8 +44,8 @@ class BandaiNamco:
     """The data set's folder with `smpl22_mapping.json` and `clip_notes.csv` beside its two parts.
 
     Raises:
-        DataError: when constructed, if the folder, a file that `manifest.csv` lists, a label or the mapping is missing or
-            wrong; from `sequences`, if a BVH file is damaged.
+        DataError: when constructed, if the folder, a file that `manifest.csv` lists, a label or the mapping is missing
+            or wrong; from `sequences`, if a BVH file is damaged.
     """
 
     name = "bandai"

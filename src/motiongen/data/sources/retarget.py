@@ -17,8 +17,8 @@ def smpl_pose(rotations: Tensor, align: Tensor, pelvis: Tensor) -> tuple[Tensor,
 
     Args:
         rotations: (T, 22, 3, 3) world rotations (y up) of the joint frames that stand for SMPL's joints.
-        align: (22, 3, 3) those joint frames in SMPL's T-pose, columns in SMPL's axes. Where the body stands in the T-pose,
-            rotations == align, so the local rotations are the identity.
+        align: (22, 3, 3) those joint frames in SMPL's T-pose, columns in SMPL's axes. Where the body stands in that
+            pose, rotations == align, so the local rotations are the identity.
         pelvis: (T, 3) metres, y up.
 
     Returns:

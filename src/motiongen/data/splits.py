@@ -1,0 +1,156 @@
+"""Leak-free splits: whole groups of sequences go to one side, and every tag is on both."""
+
+from __future__ import annotations
+
+import logging
+from collections import defaultdict
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from motiongen.data.clips import INITIAL_FRAMES
+from motiongen.data.store import ClipStore
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Frames [start, stop) of a sequence that show a segment or a window of it, and the start of its initial motion."""
+
+    sequence: int
+    segment: int
+    start: int
+    stop: int
+    initial_start: int
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+    def window(self, start: int, stop: int) -> Clip:
+        """A part of this clip; its initial motion is the frames just before it."""
+        return replace(self, start=start, stop=stop, initial_start=start - INITIAL_FRAMES)
+
+    def windows(self, max_frames: int, min_frames: int) -> list[Clip]:
+        """Consecutive windows of at most `max_frames`; a rest below `min_frames` is dropped."""
+        starts = range(self.start, self.stop, max_frames)
+        parts = [self.window(start, min(start + max_frames, self.stop)) for start in starts]
+        return [part for part in parts if len(part) >= min_frames]
+
+
+@dataclass(frozen=True)
+class Split:
+    """Training and test clips in the order of the store."""
+
+    train: tuple[Clip, ...]
+    test: tuple[Clip, ...]
+    tags: tuple[str, ...]
+    """The tags that are on both sides, sorted."""
+    left_out: dict[str, str]
+    """Tags that are on neither side, with the reason."""
+
+
+def split(
+    store: ClipStore,
+    seed: int,
+    *,
+    test_share: float = 0.2,
+    test_cap: int = 100,
+    min_clips: int = 5,
+    min_frames: int = 20,
+) -> Split:
+    """Choose groups for the test side so that each tag has close to `test_share` of its clips there.
+
+    A clip starts where its segment does and takes the 6 frames before as its initial motion; at the start of a sequence
+    the first 6 frames are the initial motion and the clip starts after them. Segments that leave fewer frames than
+    `min_frames` are no clips.
+
+    Groups are chosen greedily: first, rarest tag first, one group for every tag; then, as long as it brings the counts
+    closer to their targets, the group that does so most for each of its clips. The seed decides among equals.
+
+    Args:
+        test_cap: no tag has more test clips than this.
+        min_clips: tags with fewer clips are left out, as are those that cannot be on both sides.
+
+    Raises:
+        ValueError: no tag can be on both sides.
+    """
+    clips = _clips(store, min_frames)
+    tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
+    left_out: dict[str, str] = {}
+    tags: tuple[str, ...] = ()
+    chosen: set[str] | None = None
+    while chosen is None:
+        count = {tag: sum(tag in own for own in tags_of) for tag in store.tags if tag not in left_out}
+        rare = {tag: f"{number} clips, fewer than {min_clips}" for tag, number in count.items() if number < min_clips}
+        left_out |= rare
+        tags = tuple(tag for tag in count if tag not in rare)
+        if not tags:
+            raise ValueError(f"no tag has clips on both sides of a split: {left_out}")
+        groups: dict[str, list[tuple[str, ...]]] = defaultdict(list)
+        for clip, own in zip(clips, tags_of, strict=True):
+            kept = tuple(tag for tag in own if tag in tags)
+            if kept:
+                groups[store.sequences[clip.sequence].group].append(kept)
+        outcome = _choose(groups, tags, np.random.default_rng(seed), test_share, test_cap)
+        if isinstance(outcome, str):
+            left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
+        else:
+            chosen = outcome
+    usable = [clip for clip, own in zip(clips, tags_of, strict=True) if set(own) & set(tags)]
+    in_test = [store.sequences[clip.sequence].group in chosen for clip in usable]
+    for tag, reason in left_out.items():
+        _log.warning("The split leaves out the tag %s: %s", tag, reason)
+    return Split(
+        train=tuple(clip for clip, tested in zip(usable, in_test, strict=True) if not tested),
+        test=tuple(clip for clip, tested in zip(usable, in_test, strict=True) if tested),
+        tags=tags,
+        left_out=left_out,
+    )
+
+
+def _clips(store: ClipStore, min_frames: int) -> list[Clip]:
+    clips = []
+    for index, sequence in enumerate(store.sequences):
+        for number, segment in enumerate(sequence.segments):
+            start = max(segment.start, INITIAL_FRAMES)
+            if segment.stop - start >= min_frames:
+                clips.append(Clip(index, number, start, segment.stop, start - INITIAL_FRAMES))
+    return clips
+
+
+def _choose(
+    groups: dict[str, list[tuple[str, ...]]], tags: tuple[str, ...], rng: np.random.Generator, share: float, cap: int
+) -> set[str] | str:
+    """The names of the groups to test, or the tag that cannot be on both sides. `groups`: the tags of each clip."""
+    names = sorted(groups)
+    names = [names[place] for place in rng.permutation(len(names))]
+    counts = np.array([[sum(tag in own for own in groups[name]) for tag in tags] for name in names])  # (groups, tags)
+    sizes = np.array([len(groups[name]) for name in names])
+    total = counts.sum(axis=0)
+    target = np.clip(np.rint(share * total), 1, cap)
+    test = np.zeros(len(tags), dtype=int)
+    free = np.ones(len(names), dtype=bool)
+
+    def gains() -> np.ndarray:
+        """By how much each group brings the counts closer to the targets, per clip; -inf where not allowed."""
+        after = test + counts
+        closer = (np.abs(test - target) - np.abs(after - target)) / target
+        # Rounded, so that equal gains are equal and the seeded order decides.
+        gain = np.round(closer.sum(axis=1) / sizes, 9)
+        leaves_training = ((total - after > 0) | (counts == 0)).all(axis=1)
+        return np.where(free & leaves_training & (after <= cap).all(axis=1), gain, -np.inf)
+
+    def take(place: int) -> None:
+        free[place] = False
+        test[:] += counts[place]
+
+    for tag in np.argsort(total, kind="stable"):
+        if test[tag] == 0:
+            gain = np.where(counts[:, tag] > 0, gains(), -np.inf)
+            if np.isneginf(gain.max()):
+                return tags[tag]
+            take(int(gain.argmax()))
+    while (gain := gains()).max() > 0:
+        take(int(gain.argmax()))
+    return {name for name, is_free in zip(names, free, strict=True) if not is_free}
