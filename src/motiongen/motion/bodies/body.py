@@ -45,7 +45,11 @@ class Body:
 
     def __post_init__(self) -> None:
         vertices = len(self.rest)
-        expected = {"rest": (vertices, 3), "weights": (vertices, JOINTS), "faces": (len(self.faces), 3)}
+        expected: dict[str, tuple[int, ...]] = {
+            "rest": (vertices, 3),
+            "weights": (vertices, JOINTS),
+            "faces": (len(self.faces), 3),
+        }
         if self.pose_directions is not None:
             expected["pose_directions"] = (vertices, 3, 9 * (JOINTS - 1))
         for name, shape in expected.items():
