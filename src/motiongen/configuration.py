@@ -15,6 +15,7 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from motiongen.data.roots import DataError, check_root
 from motiongen.discovery import core_conf, options, register_search_path
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
@@ -87,8 +88,19 @@ def _check_one(config: DictConfig) -> None:
         )
     problems += [f"{key} must be given: {key}=..." for key in task.needs if config.get(key) is None]
     problems += problems_in(config, task.reads)
+    if "data" in task.reads:
+        problems += _missing_data(config)
     if problems:
         raise ConfigurationError("\n".join(problems))
+
+
+def _missing_data(config: DictConfig) -> Iterator[str]:
+    root = OmegaConf.select(config, "data.source.root", throw_on_missing=False)
+    if root is not None:
+        try:
+            check_root(root)
+        except DataError as error:
+            yield str(error)
 
 
 def _unknown_sections(config: DictConfig) -> Iterator[str]:

@@ -56,11 +56,11 @@ def _list(config: DictConfig) -> None:
     run(config)
 
 
-MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "tracker")
+MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "generator", "tracker")
 TASKS: dict[str, Task] = {
-    "train": Task(_train, (*MEASURING, "generator", "objective", "optimizer", "trainer"), needs_experiment=True),
-    "evaluate": Task(_evaluate, ("evaluation", "tracker"), needs=("run",)),
-    "synthesize": Task(_synthesize, ("body", "tracker"), needs=("run", "timeline")),
+    "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer"), needs_experiment=True),
+    "evaluate": Task(_evaluate, MEASURING, needs=("run",)),
+    "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
     "list": Task(_list),

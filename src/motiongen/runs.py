@@ -1,0 +1,83 @@
+"""Command lines that name an earlier run: its stored overrides stand in for what the user would have to type again."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from omegaconf import OmegaConf
+
+CHECKPOINT = "last.ckpt"
+"""What an interrupted run goes on from."""
+GENERATOR_FILE = "generator.pt"
+"""The trained generator of a finished run."""
+OVERRIDES = Path(".hydra", "overrides.yaml")
+HYDRA = Path(".hydra", "hydra.yaml")
+
+
+class RunError(ValueError):
+    """A folder that does not hold what is wanted of it."""
+
+
+def completed(arguments: list[str]) -> list[str]:
+    """A command line with `resume=<folder>` or `run=<folder>` made whole; any other as it is.
+
+    Raises:
+        RunError: the folder holds no run, or not what is needed to use it.
+    """
+    resume, run = _value(arguments, "resume"), _value(arguments, "run")
+    if resume is not None:
+        return _resumed(arguments, resume)
+    return arguments if run is None else _reopened(arguments, run)
+
+
+def _resumed(arguments: list[str], folder: Path) -> list[str]:
+    """The run goes on in its own folder, from the working folder in which it was started.
+
+    So relative paths and the local MLflow database are what they were.
+    """
+    stored = _stored(folder, "resume")
+    if not any(folder.rglob(CHECKPOINT)):
+        raise RunError(f"resume: {folder} has no {CHECKPOINT} to go on from; start the run again")
+    if rest := [text for text in arguments if _key(text) != "resume"]:
+        raise RunError(f"resume: the run goes on with the configuration it had; leave out {' '.join(rest)}")
+    started_in = Path(OmegaConf.load(folder / HYDRA).hydra.runtime.cwd)
+    if started_in.is_dir():
+        os.chdir(started_in)
+    return [*_without(stored, {"resume"}), _override("resume", folder), _override("hydra.run.dir", folder)]
+
+
+def _reopened(arguments: list[str], folder: Path) -> list[str]:
+    """The run's configuration, and what is typed now on top of it."""
+    stored = _stored(folder, "run")
+    if not (folder / GENERATOR_FILE).is_file():
+        raise RunError(f"run: {folder} has no {GENERATOR_FILE}: its training did not finish; resume={folder} goes on")
+    typed = _without(arguments, {"run"})
+    again = {_key(text) for text in typed} | {"task", "run", "resume"}
+    return [*_without(stored, again), *typed, _override("run", folder)]
+
+
+def _stored(folder: Path, key: str) -> list[str]:
+    """The overrides that the run in `folder` was started with."""
+    if not (folder / OVERRIDES).is_file():
+        raise RunError(f"{key}: {folder} is not the folder of a run (it has no {OVERRIDES})")
+    return [str(text) for text in OmegaConf.load(folder / OVERRIDES)]
+
+
+def _value(arguments: Iterable[str], key: str) -> Path | None:
+    values = [text.partition("=")[2].strip("'\"") for text in arguments if text.startswith(f"{key}=")]
+    return Path(values[-1]).expanduser().absolute() if values and values[-1] not in ("null", "") else None
+
+
+def _key(text: str) -> str:
+    return text.lstrip("+~").partition("=")[0]
+
+
+def _without(texts: Iterable[str], keys: set[str]) -> list[str]:
+    return [text for text in texts if _key(text) not in keys]
+
+
+def _override(key: str, folder: Path) -> str:
+    quoted = str(folder).replace("\\", "\\\\").replace("'", "\\'")
+    return f"{key}='{quoted}'"
