@@ -107,10 +107,10 @@ def _unknown_sections(config: DictConfig) -> Iterator[str]:
     """Keys at the top that no file declares: `+sead=1` would otherwise be taken without a word."""
     known = {str(key) for key in OmegaConf.load(core_conf() / "config.yaml")} | {"hydra"}
     known |= {option.group.split("/")[0] for option in options() if option.group not in PLACED_AT_THE_TOP}
-    for key in config:
+    for key in map(str, config):
         if key not in known:
             groups = {option.group for option in options()}
-            yield f"there is no key {key!r}{did_you_mean(str(key), (known | groups) - {'defaults'})}"
+            yield f"there is no key {key!r}{did_you_mean(key, (known | groups) - {'defaults'})}"
 
 
 def _variants(overrides: Sequence[str]) -> Iterator[list[str]]:
@@ -197,9 +197,9 @@ def _unknown_key(key: str, message: str, overrides: list[str]) -> str:
 
 
 def _keys(config: DictConfig, prefix: str = "") -> Iterator[str]:
-    for key in config:
+    for key in map(str, config):
         yield f"{prefix}{key}"
-        if not OmegaConf.is_interpolation(config, str(key)) and not OmegaConf.is_missing(config, key):
+        if not OmegaConf.is_interpolation(config, key) and not OmegaConf.is_missing(config, key):
             value = config[key]
             if isinstance(value, DictConfig):
                 yield from _keys(value, f"{prefix}{key}.")

@@ -9,7 +9,7 @@ use, and the command line answers before torch is loaded.
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import entry_points
@@ -125,7 +125,7 @@ def _plugins_in(name: str, folder: Path) -> Iterator[Plugin]:
         yield Plugin(f"{name}.{conf.parent.name}", conf)
 
 
-def refuse_duplicates(found: Iterator[Plugin] | Sequence[Plugin]) -> None:
+def refuse_duplicates(found: Iterable[Plugin]) -> None:
     """Raises PluginError where two plugins offer the same option of the same group: one would hide the other."""
     owners: dict[tuple[str, str], str] = {}
     for plugin in found:

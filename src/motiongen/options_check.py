@@ -36,7 +36,7 @@ def problems_in(config: DictConfig, sections: Iterable[str]) -> list[str]:
     return problems
 
 
-def _walk(parent: DictConfig | ListConfig, key: str | int, path: str) -> Iterator[str]:
+def _walk(parent: DictConfig | ListConfig, key: Any, path: str) -> Iterator[str]:
     if OmegaConf.is_missing(parent, key):
         yield f"{path} must be given: {path}=..."
         return
@@ -48,8 +48,8 @@ def _walk(parent: DictConfig | ListConfig, key: str | int, path: str) -> Iterato
     if isinstance(node, DictConfig):
         if "_target_" in node:
             yield from _check_target(node, path)
-        for name in node:
-            yield from _walk(node, str(name), f"{path}.{name}")
+        for name in map(str, node):
+            yield from _walk(node, name, f"{path}.{name}")
     elif isinstance(node, ListConfig):
         for index in range(len(node)):
             yield from _walk(node, index, f"{path}[{index}]")
@@ -138,11 +138,8 @@ def _accepts(annotation: ast.expr, value: Any) -> bool:
         return isinstance(value, DictConfig)
     if (limits := _range(name)) is not None:
         kind, interval = limits
-        return (
-            isinstance(value, SIMPLE[kind.__name__])
-            and not isinstance(value, bool)
-            and interval.least <= value <= interval.most
-        )
+        fits = isinstance(value, SIMPLE[kind.__name__]) and not isinstance(value, bool)
+        return fits and bool(interval.least <= value <= interval.most)
     return True
 
 

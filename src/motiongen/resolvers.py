@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import Container, DictConfig, OmegaConf
@@ -93,7 +95,7 @@ def current_run_name(config: DictConfig) -> str:
 
 def register_resolvers() -> None:
     """Makes the functions known to OmegaConf; calling it again changes nothing."""
-    resolvers = {
+    resolvers: dict[str, Callable[..., Any]] = {
         "width": scaled_width,
         "depth": scaled_depth,
         "heads": scaled_heads,
