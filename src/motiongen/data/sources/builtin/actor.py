@@ -79,12 +79,13 @@ class Actor:
         return pose
 
     def begin(self, settle: float = 0.5) -> None:
-        """Start an action: hold what has come to rest, and let trunk, arms and height return to rest in `settle` seconds."""
+        """Start an action: hold what is at rest, and let trunk, arms and height return to rest in `settle` seconds."""
         self.score.hold(self.time)
         rest = self.time + settle / self.subject.tempo
-        for channel, value in self.idle.items():
-            self.score.key(rest, channel, value)
-        self.score.key(rest, "height", self.standing)
+        for channel, value in (*self.idle.items(), ("height", self.standing)):
+            # What rests already gets no key, so that an action may start to move it at once.
+            if abs(self.score.last(channel) - value) > 1e-6:
+                self.score.key(rest, channel, value)
 
     def pose(self, time: float, pose: Pose, amount: float = 1.0) -> None:
         """Key trunk and arms; the distance from rest is scaled by the subject's amplitude and `amount`."""
@@ -136,8 +137,8 @@ class Actor:
         foot = f"{side}_foot_"
         span = stop - start
         for name, value in (("x", target[0]), ("y", target[1]), ("yaw", yaw)):
-            self.score.key(start, foot + name, self.score.last(foot + name))
-            self.score.key(stop, foot + name, value)
+            self.score.key(start + 0.08 * span, foot + name, self.score.last(foot + name))
+            self.score.key(stop - 0.06 * span, foot + name, value)
         for share, height, pitch in (
             (-0.25, 0.0, 0.0), (0.05, 0.0, -heel), (0.5, lift, -0.5 * heel), (0.93, 0.01, 3.0), (1.0, 0.0, 0.0)
         ):  # fmt: skip

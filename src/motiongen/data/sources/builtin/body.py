@@ -31,6 +31,8 @@ BALL = np.array([0.135, -0.052])
 HEEL = np.array([-0.055, -0.080])
 TOE_TIP = np.array([0.190, -0.080])
 """Points of the flat foot from the ankle: forward and up, metres."""
+MIDFOOT = 0.040
+"""The point of the foot that carries a person at rest, metres before the ankle."""
 THIGH = np.array(_OFFSETS["knee"])
 SHANK = np.array(_OFFSETS["ankle"])
 HIP = np.array(_OFFSETS["hip"])

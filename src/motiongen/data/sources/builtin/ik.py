@@ -15,8 +15,10 @@ TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """SMPL's axes (x left, y up, z forward) to a person who faces -y in a world with z up."""
 _SPINE = {"spine1": 0.28, "spine2": 0.34, "spine3": 0.38}
 """Share of the spine's bend that each joint takes."""
-FULL_REACH = 0.99
+FULL_REACH = 0.996
 """Share of a leg's length at which a standing leg counts as straight."""
+SHORTEST_LEG = 0.37
+"""Share of a leg's length between hip and ankle when the knee is fully bent, about 137 degrees."""
 
 
 def turn(axis: str, degrees: Array) -> Array:
@@ -49,8 +51,17 @@ def solve(curves: Curves) -> tuple[Array, Array]:
     for side in ("left", "right"):
         _arm(rotations, curves, side)
     position = np.stack([curves["x"], curves["height"], -curves["y"]], axis=-1)
-    feet = {side: _foot(curves, side) for side in ("left", "right")}
-    position[:, 1] -= _overreach(pelvis, position, curves, feet)
+    feet = {}
+    sink = np.zeros(frames)
+    for side in ("left", "right"):
+        hip = _hip(pelvis, position, side)
+        feet[side] = _foot(curves, side, np.zeros(frames))
+        missing = _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"])
+        # A leg that is too short for its stance first lifts the heel; the pelvis sinks for what is still missing.
+        heel = smooth(_widened(np.minimum(missing, 0.09)), 2.0)
+        feet[side] = _foot(curves, side, -np.rad2deg(np.arcsin(heel / body.BALL[0])))
+        sink = np.maximum(sink, _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"]))
+    position[:, 1] -= smooth(_widened(sink), 2.0)
     for side in ("left", "right"):
         _leg(rotations, pelvis, position, curves, side, *feet[side])
     return rotations, position @ TO_WORLD.T
@@ -86,21 +97,23 @@ def _arm(rotations: Array, curves: Curves, side: str) -> None:
     rotations[:, JOINT[f"{side}_wrist"]] = turn("z", mirror * wrist)
 
 
-def _foot(curves: Curves, side: str) -> tuple[Array, Array, Array]:
+def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
     """Ankle positions (T, 3) in SMPL's axes, rotations of the foot (T, 3, 3), bend of the toes (T,) in degrees.
 
-    A foot with its toes up turns about the heel, one with its heel up about the ball, which stays where it is.
+    A foot with its toes up turns about the heel, one with its heel up about the ball, which stays where it is. The
+    degrees of `heel` (T,) come on top of the planned pitch.
     """
     x, y, lift, yaw, pitch = (curves[f"{side}_foot_{name}"] for name in ("x", "y", "lift", "yaw", "pitch"))
+    pitch = np.maximum(pitch + heel, np.minimum(pitch, -60.0))
     angle = np.deg2rad(pitch)
     on_heel = ease(pitch, -8.0, 8.0)
     pivot = on_heel[:, None] * body.HEEL + (1 - on_heel[:, None]) * body.BALL
     cos, sin = np.cos(angle), np.sin(angle)
-    forward = pivot[:, 0] * (1 - cos) + pivot[:, 1] * sin
+    forward = pivot[:, 0] * (1 - cos) + pivot[:, 1] * sin - body.MIDFOOT
     up = pivot[:, 1] * (1 - cos) - pivot[:, 0] * sin
     heading = np.deg2rad(yaw)
     ankle = np.stack([x + forward * np.sin(heading), body.ANKLE_HEIGHT + up + lift, -y + forward * np.cos(heading)], -1)
-    toes = np.clip(-pitch, 0.0, 50.0) * (1 - 0.8 * ease(lift, 0.0, 0.10))
+    toes = np.clip(-pitch, 0.0, 50.0) * (1 - 0.8 * ease(lift, -0.02, 0.22))
     return ankle, turn("y", yaw) @ turn("x", -pitch), toes
 
 
@@ -109,18 +122,17 @@ def _hip(pelvis: Array, position: Array, side: str) -> Array:
     return position + pelvis @ offset
 
 
-def _overreach(pelvis: Array, position: Array, curves: Curves, feet: Mapping[str, tuple[Array, Array, Array]]) -> Array:
-    """How far the pelvis must sink (T,) so that every standing foot is within reach."""
-    sink = np.zeros(len(position))
-    for side, (ankle, _, _) in feet.items():
-        offset = _hip(pelvis, position, side) - ankle
-        flat = np.linalg.norm(offset[:, [0, 2]], axis=-1)
-        reach = FULL_REACH * body.HIP_TO_ANKLE
-        highest = np.sqrt(np.maximum(reach**2 - flat**2, 0.3**2))
-        standing = 1 - ease(curves[f"{side}_foot_lift"], 0.0, 0.03)
-        sink = np.maximum(sink, standing * np.maximum(offset[:, 1] - highest, 0.0))
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(sink, 3, mode="edge"), 7)
-    return smooth(around.max(axis=-1), 2.0)
+def _missing_reach(hip: Array, ankle: Array, lift: Array) -> Array:
+    """By how much a hip is too high for its standing foot (T,), metres; zero while the foot is in the air."""
+    offset = hip - ankle
+    flat = np.linalg.norm(offset[:, [0, 2]], axis=-1)
+    highest = np.sqrt(np.maximum((FULL_REACH * body.HIP_TO_ANKLE) ** 2 - flat**2, 0.3**2))
+    return (1 - ease(lift, 0.0, 0.03)) * np.maximum(offset[:, 1] - highest, 0.0)
+
+
+def _widened(values: Array) -> Array:
+    """The largest value of the seven frames around each, so that smoothing does not fall short of a peak."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="edge"), 7).max(axis=-1)
 
 
 def _leg(
@@ -139,10 +151,11 @@ def _leg(
     distance = np.linalg.norm(line, axis=-1)
     line = line / distance[:, None]
     # Near full length the leg gives way softly, so that the knee does not snap.
-    soft, full = 0.98 * body.HIP_TO_ANKLE, 0.998 * body.HIP_TO_ANKLE
+    soft, full = 0.99 * body.HIP_TO_ANKLE, 0.9985 * body.HIP_TO_ANKLE
     beyond = np.maximum(distance - soft, 0.0)
     distance = np.where(distance > soft, full - (full - soft) * np.exp(-beyond / (full - soft)), distance)
     thigh, shank = np.linalg.norm(body.THIGH), np.linalg.norm(body.SHANK)
+    distance = np.maximum(distance, SHORTEST_LEG * body.HIP_TO_ANKLE)
     inner = np.arccos(np.clip((distance**2 - thigh**2 - shank**2) / (2 * thigh * shank), -1.0, 1.0))
     # The angle between the bones grows with flexion from the small one that the rest pose holds.
     rest = (np.arctan2(body.SHANK[2], body.SHANK[1]) - np.arctan2(body.THIGH[2], body.THIGH[1])) % (2 * np.pi)

@@ -24,10 +24,10 @@ TRUNK = (
 )
 """Degrees. Pitch bends forward, roll leans right, twist turns left."""
 ARM = ("flex", "abduct", "rotate", "elbow", "wrist", "shrug", "reach")
-"""Degrees from the hanging arm: flex swings it forward, abduct outward, rotate turns the forearm inward; shrug lifts and
-reach advances the collar bone."""
+"""Degrees from the hanging arm: flex swings it forward, abduct outward, rotate turns the forearm inward; shrug lifts
+and reach advances the collar bone."""
 FOOT = ("x", "y", "lift", "yaw", "pitch", "knee")
-"""Place of the ankle over the floor when the foot is flat, height above that, heading, toes up, knee outward."""
+"""Place of the middle of the flat foot, height above that, heading, toes up, knee outward."""
 CHANNELS = (
     *ROOT,
     *TRUNK,

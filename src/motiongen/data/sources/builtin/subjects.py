@@ -60,7 +60,7 @@ def cast(seed: int, count: int) -> tuple[Subject, ...]:
                 spread(0.86, 1.12),
                 spread(0.7, 1.3),
                 spread(0.7, 1.3),
-                spread(0.010, 0.028),
+                spread(0.002, 0.010),
                 spread(0.0, 0.5),
                 spread(0.6, 1.4),
                 spread(-3.0, 6.0),

@@ -34,7 +34,7 @@ def turn(actor: Actor) -> None:
             actor.step(
                 side, now, now + beat, actor.stance(side, origin, aim), aim + actor.toe_out(side), lift=0.045, heel=20.0
             )
-            now += (1.0 if not last else 1.0) * beat * 0.92
+            now += 0.92 * beat
             turned = angle * (index + (0.55 if side == inner else 1.0)) / rounds
             score.key(now + (0.1 * beat if not last else 0.25 * beat), "heading", heading + turned)
             score.key(now, "height", actor.standing - 0.004)
@@ -94,11 +94,12 @@ def step(actor: Actor) -> None:
         actor.move(actor.time, actor.between_feet())
         actor.relax(actor.time + 0.25)
         return
-    actor.move(landed + 0.05, 0.72 * actor.foot(lead) + 0.28 * goal, height=-0.014)
+    actor.move(landed, 0.5 * actor.foot(lead) + 0.5 * actor.foot(follow), height=-0.018)
+    actor.move(landed + 0.24, 0.75 * actor.foot(lead) + 0.25 * goal, height=-0.012)
     score.key(landed + 0.15, "pelvis_roll", 2.0 * side)
     score.key(landed + 0.35, "pelvis_twist", 0.0)
     # The second foot leaves a little after the first has landed and arrives beside it.
-    leave = landed + 0.10
+    leave = landed + 0.14
     actor.step(follow, leave, leave + 0.9 * span, actor.stance(follow, goal, heading), heading + actor.toe_out(follow))
     _swing_arms(actor, follow, leave + 0.75 * span, 6.0 * np.sign(forward), 2.0)
     actor.time = leave + 0.9 * span + actor.seconds(0.10, 0.2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.actor import Actor, ground
 
 
@@ -17,20 +18,20 @@ def wave_hand(actor: Actor) -> None:
         if small
         else {
             "strong_flex": 22.0,
-            "strong_abduct": 84.0,
-            "strong_rotate": -78.0,
-            "strong_elbow": 82.0,
+            "strong_abduct": 74.0,
+            "strong_rotate": -80.0,
+            "strong_elbow": 92.0,
             "strong_shrug": 6.0,
         }
     )
-    body = {"spine_roll": -3.0, "spine_twist": -4.0, "head_roll": 5.0, "head_twist": 3.0, "head_pitch": -2.0}
+    trunk = {"spine_roll": -3.0, "spine_twist": -4.0, "head_roll": 5.0, "head_twist": 3.0, "head_pitch": -2.0}
     actor.move(start + 0.5, actor.between_feet(-0.3), height=-0.004)
     # The elbow leads the hand up.
     lift = actor.seconds(0.48, 0.62)
     anticipation = {"strong_flex": 12.0, "strong_abduct": 16.0, "strong_elbow": 40.0, "strong_rotate": 20.0}
     actor.pose(start + 0.45 * lift, anticipation)
     actor.pose(start + lift, raised)
-    actor.pose(start + lift + 0.05, body)
+    actor.pose(start + lift + 0.05, trunk)
     beat = actor.seconds(0.17, 0.23)
     time, width = start + lift, actor.uniform(0.8, 1.15) * (0.8 if small else 1.0)
     for swing in range(2 * actor.generator.integers(2, 5)):
@@ -40,7 +41,7 @@ def wave_hand(actor: Actor) -> None:
         actor.pose(
             time,
             {
-                "strong_rotate": raised["strong_rotate"] - 21.0 * out * width * fade,
+                "strong_rotate": raised["strong_rotate"] - 24.0 * out * width * fade,
                 "strong_elbow": raised["strong_elbow"] - 13.0 * out * width * fade,
                 "strong_abduct": raised["strong_abduct"] + 3.0 * out * width,
                 "strong_flex": raised["strong_flex"],
@@ -141,8 +142,8 @@ def punch(actor: Actor) -> None:
     actor.square_up()
     start, heading = actor.time, actor.heading
     guard = {
-        "strong_flex": 40.0, "strong_abduct": 14.0, "strong_rotate": 26.0, "strong_elbow": 116.0,
-        "weak_flex": 48.0, "weak_abduct": 10.0, "weak_rotate": 24.0, "weak_elbow": 104.0,
+        "strong_flex": 40.0, "strong_abduct": 14.0, "strong_rotate": 26.0, "strong_elbow": 102.0,
+        "weak_flex": 48.0, "weak_abduct": 10.0, "weak_rotate": 24.0, "weak_elbow": 98.0,
         "spine_pitch": 9.0, "spine_twist": -9.0, "pelvis_twist": -12.0, "head_pitch": 8.0,
     }  # fmt: skip
     ready = actor.seconds(0.42, 0.55)
@@ -159,10 +160,10 @@ def punch(actor: Actor) -> None:
         far = fist == "strong"
         other = "weak" if far else "strong"
         turned = 1.0 if far else -0.55
-        out, back = actor.seconds(0.23, 0.27), actor.seconds(0.24, 0.30)
+        out, back = actor.seconds(0.29, 0.33), actor.seconds(0.31, 0.37)
         load = actor.seconds(0.10, 0.15)
         # Anticipation: the fist and shoulder draw back before they go.
-        actor.pose(time + load, {f"{fist}_flex": 26.0, f"{fist}_elbow": 124.0, f"{fist}_reach": -5.0})
+        actor.pose(time + load, {f"{fist}_flex": 26.0, f"{fist}_elbow": 106.0, f"{fist}_reach": -5.0})
         actor.pose(time + load, {"spine_twist": -16.0 * turned, "pelvis_twist": -14.0 * turned})
         actor.move(time + load, actor.between_feet(0.15 if far else -0.1), height=-0.05)
         hit = time + load + out
@@ -170,13 +171,14 @@ def punch(actor: Actor) -> None:
         actor.pose(
             hit,
             {
-                f"{fist}_flex": 88.0, f"{fist}_abduct": -6.0, f"{fist}_rotate": 45.0, f"{fist}_elbow": 9.0,
+                f"{fist}_flex": 100.0,
+                 f"{fist}_abduct": 27.0 if far else 12.0, f"{fist}_rotate": 45.0, f"{fist}_elbow": 9.0,
                 f"{fist}_reach": 17.0, f"{fist}_shrug": 7.0,
-                f"{other}_flex": 36.0, f"{other}_elbow": 122.0, f"{other}_abduct": 12.0, f"{other}_rotate": 28.0,
+                f"{other}_flex": 36.0, f"{other}_elbow": 108.0, f"{other}_abduct": 12.0, f"{other}_rotate": 28.0,
             },
         )  # fmt: skip
         actor.move(hit, actor.between_feet(-0.5 if far else -0.3), height=-0.06)
-        actor.pose(hit + 0.05, {f"{fist}_elbow": 12.0, f"{fist}_flex": 86.0, "spine_twist": 21.0 * turned})
+        actor.pose(hit + 0.05, {f"{fist}_elbow": 12.0, f"{fist}_flex": 98.0, "spine_twist": 21.0 * turned})
         time = hit + 0.05 + back
         recoil = {name: value for name, value in guard.items() if fist in name}
         actor.pose(time, recoil | {f"{fist}_reach": 0.0, f"{fist}_shrug": 0.0})
@@ -196,10 +198,11 @@ def kick(actor: Actor) -> None:
     snap, recoil, down = actor.seconds(0.23, 0.28), actor.seconds(0.24, 0.30), actor.seconds(0.34, 0.42)
     foot, side = f"{actor.strong}_foot_", actor.outward(actor.strong)
     home, support = actor.foot(actor.strong), actor.foot(actor.weak)
+    beside = np.array(ground(support, heading, 0.0, 2 * side * actor.subject.stance_width))
     lean = 0.6 + 0.6 * height
 
     def place(time: float, forward: float, inward: float, lift: float, pitch: float) -> None:
-        x, y = ground(home, heading, forward, -side * inward)
+        x, y = ground(beside, heading, forward, -side * inward)
         for name, value in (("x", x), ("y", y), ("lift", lift), ("pitch", pitch)):
             score.key(time, foot + name, value)
 
@@ -208,8 +211,9 @@ def kick(actor: Actor) -> None:
     actor.pose(start + load, {"spine_pitch": 8.0, "spine_twist": 6.0, "pelvis_roll": 2.0, "pelvis_twist": -6.0})
     actor.pose(start + load, {"strong_flex": 18.0, "strong_elbow": 50.0, "weak_flex": 8.0, "weak_elbow": 45.0})
     leave = start + 0.75 * load
-    place(leave - 0.30 * load, 0.0, 0.0, 0.0, 0.0)
-    place(leave, 0.0, 0.0, 0.0, -24.0)
+    for time, pitch in ((leave - 0.30 * load, 0.0), (leave, -24.0)):
+        for name, value in (("x", home[0]), ("y", home[1]), ("lift", 0.0), ("pitch", pitch)):
+            score.key(time, foot + name, value)
     lifted = start + load + chamber
     place(0.55 * lifted + 0.45 * leave, 0.02, 0.01, 0.16 + 0.1 * height, -38.0)
     place(lifted, 0.20, 0.03, 0.24 + 0.42 * height, -26.0)
@@ -218,12 +222,15 @@ def kick(actor: Actor) -> None:
     actor.pose(lifted, {"strong_flex": -8.0, "strong_abduct": 24.0, "strong_elbow": 62.0})
     actor.pose(lifted, {"weak_flex": 34.0, "weak_abduct": 22.0, "weak_elbow": 84.0, "weak_rotate": 22.0})
     hit = lifted + snap
-    place(hit, 0.80 - 0.22 * height, 0.05, height, -6.0)
+    # The leg ends almost straight: the foot is put at 96 % of its length from the hip.
+    below = actor.standing + body.HIP[1] - body.ANKLE_HEIGHT - height
+    place(hit, 0.02 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height, -6.0)
+    place(hit + 0.05, 0.01 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height - 0.01, -8.0)
     actor.move(hit, support, forward=0.05, height=-0.012)
     actor.pose(hit, {"pelvis_pitch": -17.0 * lean, "spine_pitch": 10.0, "pelvis_twist": 13.0, "spine_twist": -18.0})
     actor.pose(hit, {"strong_flex": -26.0, "strong_abduct": 32.0, "strong_elbow": 44.0})
     actor.pose(hit, {"weak_flex": 46.0, "weak_abduct": 20.0, "weak_elbow": 74.0})
-    back = hit + 0.04 + recoil
+    back = hit + 0.05 + recoil
     place(back, 0.16, 0.03, 0.16 + 0.36 * height, -32.0)
     actor.move(back, 0.95 * support + 0.05 * home, height=-0.025)
     actor.pose(back, {"pelvis_pitch": -4.0 * lean, "spine_pitch": 13.0, "pelvis_twist": 2.0, "spine_twist": -4.0})

@@ -23,6 +23,7 @@ def gait(actor: Actor, parts: Sequence[tuple[str, float]]) -> list[tuple[str, fl
     """Walk and run from rest to rest without a stop in between.
 
     Args:
+        actor: who moves; `time` is moved to the end.
         parts: ("walk" or "run", seconds) in order.
 
     Returns:
@@ -33,9 +34,9 @@ def gait(actor: Actor, parts: Sequence[tuple[str, float]]) -> list[tuple[str, fl
     time = np.arange(round(span * _FINE) + 1) / _FINE
     ends = np.cumsum([seconds for _, seconds in parts])
     pace = smooth(_piecewise(parts, ends, time), 0.16 * _FINE)
-    walk_speed, run_speed = 1.28 * actor.subject.stride, actor.uniform(2.3, 2.9) * actor.subject.stride
+    walk_speed, run_speed = 1.28 * actor.subject.stride, actor.uniform(2.05, 2.5) * actor.subject.stride
     tempo = actor.subject.tempo**0.6
-    cadence = tempo * ((1 - pace) * 1.85 + pace * 2.7)
+    cadence = tempo * ((1 - pace) * 1.85 + pace * 2.8)
     steps = max(3, round(float(cadence.mean()) * span - LEAD_IN - TAIL))
     phase = np.cumsum(np.append(0.0, cadence[:-1])) / _FINE
     phase = phase * (steps + LEAD_IN + TAIL) / phase[-1] - LEAD_IN
@@ -120,7 +121,7 @@ class _Gait:
         heading = self.at(step + 0.3, self.heading)
         settled = float(ease(middle, self.steps - 1.2, self.steps))
         width = self.actor.subject.stance_width * ((0.85 - 0.35 * pace) * (1 - settled) + settled)
-        ahead = 0.03 * (1 - settled)
+        ahead = 0.02 * (1 - settled)
         return np.array(ground(point, heading, ahead, self.actor.outward(side) * width)), heading
 
     def _feet(self, side: str, index: int) -> None:
@@ -140,15 +141,18 @@ class _Gait:
             push = (26.0 if first else 50.0 + 8.0 * pace) * min(effort + 0.15, 1.0)
             flat_until = off - (0.30 if first else 0.50 - 0.12 * pace)
             key(flat_until, lift=0.0, pitch=0.0)
-            key(off, **place, lift=0.0, pitch=-push)
+            key(off, lift=0.0, pitch=-push)
             target, heading = self._landing(landing)
             swing = landing - off
+            key(off + 0.08 * (1 - pace) * swing, **place)
             last = landing > self.steps - 2
-            high = 0.035 + pace * 0.20 * effort
+            high = 0.035 + pace * 0.13 * effort
             strike = (17.0 - 13.0 * pace) * effort * (0.4 if last else 1.0)
             key(off + 0.40 * swing, lift=high, pitch=-push * (0.55 + 0.25 * pace))
             key(off + 0.75 * swing, lift=0.6 * high if pace > 0.5 else 0.022, pitch=0.4 * strike)
-            key(landing, x=target[0], y=target[1], yaw=heading + self.actor.toe_out(side), lift=0.0, pitch=strike)
+            # The foot arrives before it touches, so that it does not slide into its stance.
+            key(landing - 0.06 * swing, x=target[0], y=target[1], yaw=heading + self.actor.toe_out(side))
+            key(landing, lift=0.0, pitch=strike)
             key(landing + 0.16, pitch=0.0)
             landing += 2
             first = False

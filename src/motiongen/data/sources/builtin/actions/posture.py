@@ -57,23 +57,23 @@ def jump(actor: Actor) -> None:
     for arm in ("strong", "weak"):
         actor.pose(start + 0.4 * crouch, {f"{arm}_flex": 20.0, f"{arm}_elbow": 35.0})
         actor.pose(
-            start + crouch, {f"{arm}_flex": -46.0, f"{arm}_abduct": 14.0, f"{arm}_elbow": 22.0, f"{arm}_rotate": 0.0}
+            start + crouch, {f"{arm}_flex": -14.0, f"{arm}_abduct": 12.0, f"{arm}_elbow": 22.0, f"{arm}_rotate": 0.0}
         )
-        high = 118.0 + 90.0 * rise - 25.0 * (reach > 0)
-        actor.pose(off + 0.06, {f"{arm}_flex": high, f"{arm}_abduct": 18.0, f"{arm}_elbow": 34.0, f"{arm}_shrug": 6.0})
-        actor.pose(off + 0.55 * flight, {f"{arm}_flex": 0.8 * high, f"{arm}_abduct": 28.0, f"{arm}_elbow": 42.0})
+        high = 100.0 + 90.0 * rise - 20.0 * (reach > 0)
+        actor.pose(off + 0.12, {f"{arm}_flex": high, f"{arm}_abduct": 18.0, f"{arm}_elbow": 34.0, f"{arm}_shrug": 6.0})
+        actor.pose(off + 0.12 + 0.5 * flight, {f"{arm}_flex": 0.8 * high, f"{arm}_abduct": 28.0, f"{arm}_elbow": 42.0})
     actor.pose(off, {"pelvis_pitch": 3.0 + 8.0 * reach, "spine_pitch": -3.0, "head_pitch": -6.0})
     actor.pose(off + 0.5 * flight, {"pelvis_pitch": 10.0 * reach, "spine_pitch": 6.0, "head_pitch": 4.0})
 
-    # The pelvis is keyed on a parabola from toe-off to touch-down; both ends are higher than standing by the heels' rise.
-    tall = 0.035
+    # The pelvis flies on a parabola from toe-off, with straight legs on raised heels, to touch-down with bent ones.
+    tall = 0.085
     fly = np.linspace(0.0, 1.0, max(4, round(flight * FPS)))
     for share in fly:
         time = off + share * flight
         x, y = ground(origin, heading, reach * (0.08 + 0.84 * share), 0.0)
         score.key(time, "x", x)
         score.key(time, "y", y)
-        drop = 0.06 * share
+        drop = 0.10 * share
         score.key(time, "height", actor.standing + tall + 4 * rise * share * (1 - share) - drop)
     for side in ("left", "right"):
         foot = f"{side}_foot_"
@@ -125,8 +125,8 @@ def sit_down(actor: Actor) -> None:
         start + 0.62 * span,
         {"pelvis_pitch": 34.0 * bend, "spine_pitch": 24.0 * bend, "head_twist": 0.0, "spine_twist": 0.0},
     )
-    reach = {name: value * (0.8 if name.endswith("flex") else 0.55) for name, value in _HANDS_ON_THIGHS.items()}
-    actor.pose(start + 0.55 * span, reach)
+    reach = _HANDS_ON_THIGHS | {"strong_flex": 58.0, "weak_flex": 55.0, "strong_elbow": 30.0, "weak_elbow": 32.0}
+    actor.pose(start + 0.60 * span, reach)
     actor.move(start + 0.60 * span, middle, forward=0.72 * back, height=0.62 * seat)
     actor.move(start + 0.86 * span, middle, forward=back, height=seat - 0.008)
     actor.pose(start + 0.93 * span, {"pelvis_pitch": 2.0, "spine_pitch": actor.subject.slouch + 7.0})
@@ -163,14 +163,14 @@ def stand_up(actor: Actor) -> None:
     bend = actor.uniform(0.85, 1.15)
     behind = float((actor.place - middle) @ np.array(ground(np.zeros(2), actor.heading, 1.0, 0.0)))
     actor.pose(start + 0.36 * span, {"pelvis_pitch": 30.0 * bend, "spine_pitch": 30.0 * bend, "head_pitch": -2.0})
-    actor.pose(start + 0.34 * span, {"strong_flex": 26.0, "strong_elbow": 58.0, "weak_flex": 24.0, "weak_elbow": 58.0})
+    actor.pose(start + 0.34 * span, {"strong_flex": 62.0, "strong_elbow": 34.0, "weak_flex": 58.0, "weak_elbow": 36.0})
     actor.move(start + 0.26 * span, middle, forward=0.94 * behind, height=seat)
     actor.move(start + 0.52 * span, middle, forward=0.42 * behind, height=0.74 * seat)
     actor.pose(start + 0.60 * span, {"pelvis_pitch": 26.0 * bend, "spine_pitch": 20.0 * bend})
     for arm in ("strong", "weak"):
         actor.pose(
             start + 0.62 * span,
-            {f"{arm}_flex": 28.0, f"{arm}_elbow": 30.0, f"{arm}_abduct": 10.0, f"{arm}_rotate": 8.0},
+            {f"{arm}_flex": 44.0, f"{arm}_elbow": 26.0, f"{arm}_abduct": 10.0, f"{arm}_rotate": 8.0},
         )
     actor.move(start + 0.90 * span, middle, forward=0.012, height=-0.006)
     for side in ("left", "right"):
