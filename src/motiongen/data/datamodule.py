@@ -22,7 +22,7 @@ from motiongen.options import PositiveInt, Share
 class MotionData:
     """A data set, split and windowed, as batches.
 
-    Training draws a new window of at most `max_frames` from every training clip in every epoch; test clips are cut into
+    Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch; test clips are cut into
     consecutive windows once. Everything follows from the seed: the split, and for each epoch the windows and batches.
 
     Raises:
@@ -42,6 +42,7 @@ class MotionData:
         test_share: Share = 0.2,
         test_cap: PositiveInt = 100,
         min_clips: PositiveInt = 5,
+        draws: PositiveInt = 1,
     ) -> None:
         if max_frames < min_frames:
             raise ValueError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
@@ -59,6 +60,7 @@ class MotionData:
         self._batch_size = batch_size
         self._max_frames = max_frames
         self._min_frames = min_frames
+        self._draws = draws
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -75,14 +77,15 @@ class MotionData:
         sides = [
             [(c.sequence, c.segment, c.start, c.stop) for c in side] for side in (self.split.train, self.split.test)
         ]
-        parts = [self.store.fingerprint, self.tags, sides, self._seed, self._max_frames, self._min_frames]
+        windows = [self._seed, self._max_frames, self._min_frames, self._draws]
+        parts = [self.store.fingerprint, self.tags, sides, windows]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
     def train_batches(self, epoch: int) -> DataLoader[Item]:
         """The batches of one epoch: MotionBatch objects, in an order and of windows that only (seed, epoch) decide."""
         windows = [
             random_window(clip, self._max_frames, np.random.default_rng((self._seed, epoch, index)))
-            for index, clip in enumerate(self.split.train)
+            for index, clip in enumerate(self.split.train * self._draws)
         ]
         rng = np.random.default_rng((self._seed, epoch))
         return self._loader(windows, bucketed([len(clip) for clip in windows], self._batch_size, rng))

@@ -66,11 +66,15 @@ def split(
     `min_frames` are no clips.
 
     Groups are chosen greedily: first, rarest tag first, one group for every tag; then, as long as it brings the counts
-    closer to their targets, the group that does so most for each of its clips. The seed decides among equals.
+    closer to their targets, the group that does so most for each of its clips.
 
     Args:
+        store: the clips.
+        seed: decides among equals.
+        test_share: the share to test, 0 to 1.
         test_cap: no tag has more test clips than this.
         min_clips: tags with fewer clips are left out, as are those that cannot be on both sides.
+        min_frames: what makes a clip.
 
     Raises:
         ValueError: no tag can be on both sides.

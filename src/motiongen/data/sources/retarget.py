@@ -33,3 +33,16 @@ def smpl_pose(rotations: Tensor, align: Tensor, pelvis: Tensor) -> tuple[Tensor,
 def features(rotations: Tensor, pelvis: Tensor) -> Tensor:
     """The stored form of a pose: (T, 135) float32."""
     return pack(rotations, pelvis).float()
+
+
+def rotation_between(start: Tensor, end: Tensor) -> Tensor:
+    """The smallest rotations (..., 3, 3) that turn vectors (..., 3) into the direction of others, which are not opposite.
+
+    Rodrigues' formula, with the sine and cosine taken from the cross and dot products.
+    """
+    start, end = start / start.norm(dim=-1, keepdim=True), end / end.norm(dim=-1, keepdim=True)
+    identity = torch.eye(3).to(start).expand(*start.shape, 3)
+    # Row i is axis x e_i, which is column i of the matrix that stands for "axis x".
+    cross = torch.linalg.cross(torch.linalg.cross(start, end).unsqueeze(-2), identity).transpose(-1, -2)
+    cosine = (start * end).sum(dim=-1)[..., None, None]
+    return identity + cross + cross @ cross / (1 + cosine)
