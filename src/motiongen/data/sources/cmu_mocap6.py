@@ -146,9 +146,9 @@ class CmuMocap6:
         twist = roma.euler_to_rotmat("x", torch.tensor([ELBOW_TWIST], dtype=torch.float64), degrees=True)
         align = torch.eye(3, dtype=torch.float64).repeat(len(JOINT_NAMES), 1, 1)
         for side in ("left", "right"):
-            for joint, child, direction in (("hip", "knee", down), ("knee", "ankle", down), ("ankle", "foot", forward)):
+            for name, child, direction in (("hip", "knee", down), ("knee", "ankle", down), ("ankle", "foot", forward)):
                 bone = bones[self._joints[JOINT[f"{side}_{child}"]]].offset[subject]
-                align[JOINT[f"{side}_{joint}"]] = rotation_between(bone, direction)
+                align[JOINT[f"{side}_{name}"]] = rotation_between(bone, direction)
             align[JOINT[f"{side}_foot"]] = align[JOINT[f"{side}_ankle"]]
             align[[JOINT[f"{side}_shoulder"], JOINT[f"{side}_elbow"]]] = twist
         offsets = torch.zeros(len(JOINT_NAMES), 3, dtype=torch.float64)
@@ -161,7 +161,7 @@ class CmuMocap6:
         return _Rest(align, Skeleton(offsets.float()))
 
     def _segments(self, path: Path, frames: int) -> tuple[Segment, ...]:
-        """Label k holds for AMC frames 12 k to 12 k + 11, thus for frames 3 k to 3 k + 2 at 30 Hz; the last may be cut."""
+        """Label k holds for AMC frames 12 k to 12 k + 11, frames 3 k to 3 k + 2 at 30 Hz; the last may be cut."""
         words = path.read_text(encoding="utf-8", errors="replace").split()
         wrong = next((place for place, word in enumerate(words) if word not in self._actions), None)
         if wrong is not None:

@@ -36,7 +36,7 @@ def features(rotations: Tensor, pelvis: Tensor) -> Tensor:
 
 
 def rotation_between(start: Tensor, end: Tensor) -> Tensor:
-    """The smallest rotations (..., 3, 3) that turn vectors (..., 3) into the direction of others, which are not opposite.
+    """The smallest rotations (..., 3, 3) that turn vectors (..., 3) into the direction of others, none opposite.
 
     Rodrigues' formula, with the sine and cosine taken from the cross and dot products.
     """
