@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import torch
 from torch import Tensor
 
-from motiongen.contracts import Condition
-from motiongen.evaluation.metrics.motion import foot_skating, joint_position_error, joint_speed, trajectory_error
+from motiongen.contracts import MotionBatch
+from motiongen.evaluation.metrics.motion import (
+    foot_skating,
+    joint_position_error,
+    joint_speed,
+    resting_heights,
+    trajectory_error,
+)
 from motiongen.motion.kinematics import joint_positions
 from motiongen.motion.representation import TRANSLATION
 from motiongen.motion.skeleton import Skeleton
 from motiongen.recognition.recognizer import Recognizer
 from motiongen.recognition.signals import fill_padding
+
+if TYPE_CHECKING:
+    from motiongen.data.datamodule import MotionData
 
 
 @dataclass(frozen=True)
@@ -46,53 +55,53 @@ class Judgement:
         parts = list(parts)
         return cls(**{field.name: torch.cat([getattr(part, field.name) for part in parts]) for field in fields(cls)})
 
-    def choose(self, rows: Tensor) -> Judgement:
-        """The judgements at these indices."""
-        return Judgement(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
+@dataclass(frozen=True)
+class Judge:
+    """Measures every system in the same way."""
 
-def root_columns(tags: Sequence[str], root_tags: Iterable[str]) -> Tensor:
-    """(A,) bool: which tags let an action travel, so that its trajectory is specified."""
-    travelling = frozenset(root_tags)
-    return torch.tensor([tag in travelling for tag in tags])
+    recognizer: Recognizer
+    """In eval mode."""
+    skeleton: Skeleton
+    """The body whose joints are measured."""
+    travels: Tensor
+    """(A,) bool: tags whose actions travel, so that their trajectory is specified."""
+    resting: Tensor
+    """(F,) metres: heights of the feet's joints when flat on the floor."""
 
+    @classmethod
+    def of(cls, recognizer: Recognizer, data: MotionData, batches: Iterable[MotionBatch]) -> Self:
+        """A judge for this data whose real test clips are `batches`, on the recognizer's device."""
+        travels = torch.tensor([tag in data.store.root_tags for tag in data.tags])
+        joints = [joint_positions(batch.motion[batch.condition.mask], data.skeleton) for batch in batches]
+        frames = torch.cat(joints).unsqueeze(0)
+        resting = resting_heights(frames, torch.ones_like(frames[..., 0, 0], dtype=torch.bool))
+        return cls(recognizer, data.skeleton, travels, resting)
 
-@torch.inference_mode()
-def judge(
-    motion: Tensor, reference: Tensor, condition: Condition, recognizer: Recognizer, skeleton: Skeleton, root: Tensor
-) -> Judgement:
-    """Measure a batch of motions (B, T, 135) against the real ones (B, T, 135); one recognizer pass.
+    @torch.inference_mode()
+    def __call__(self, motion: Tensor, batch: MotionBatch) -> Judgement:
+        """Measure motions (B, T, 135) made for the batch's condition against its real ones; one recognizer pass.
 
-    Args:
-        motion: what is judged, in the condition's canonical frame.
-        reference: the real motion under the same condition.
-        condition: what was asked for; its mask says which frames count.
-        recognizer: in eval mode, on the device of `motion`.
-        skeleton: the body whose joints are measured.
-        root: (A,) bool from `root_columns`.
-
-    Raises:
-        ValueError: motion of another shape than the reference, or with a non-finite valid frame.
-    """
-    mask = condition.mask
-    if motion.shape != reference.shape:
-        raise ValueError(
-            f"generated motion has shape {tuple(motion.shape)}, the condition asks for {tuple(reference.shape)}"
+        Raises:
+            ValueError: motion of another shape than the real one, or with a valid frame that is not finite.
+        """
+        mask, shape = batch.condition.mask, tuple(batch.motion.shape)
+        if motion.shape != shape:
+            raise ValueError(f"generated motion has shape {tuple(motion.shape)}, the condition asks for {shape}")
+        if not motion[mask].isfinite().all():
+            raise ValueError("generated motion has frames that are not finite")
+        motion, real = fill_padding(motion, mask), fill_padding(batch.motion, mask)
+        seen = self.recognizer(motion, mask)
+        joints, real_joints = joint_positions(motion, self.skeleton), joint_positions(real, self.skeleton)
+        path_error = trajectory_error(motion[..., TRANSLATION][..., :2], batch.condition.trajectory, mask)
+        specified = ((batch.condition.tags > 0) & self.travels.to(mask.device)).any(dim=1)
+        judged = Judgement(
+            tags=batch.condition.tags,
+            logits=seen.logits,
+            features=seen.features,
+            trajectory_error=path_error.masked_fill(~specified, float("nan")),
+            joint_position_error=joint_position_error(joints, real_joints, mask),
+            joint_speed=joint_speed(joints, mask),
+            foot_skating=foot_skating(joints, mask, self.resting),
         )
-    if not motion[mask].isfinite().all():
-        raise ValueError("generated motion has frames that are not finite")
-    motion, reference = fill_padding(motion, mask), fill_padding(reference, mask)
-    seen = recognizer(motion, mask)
-    joints, real_joints = joint_positions(motion, skeleton), joint_positions(reference, skeleton)
-    path_error = trajectory_error(motion[..., TRANSLATION][..., :2], condition.trajectory, mask)
-    specified = (condition.tags.cpu() > 0) & root
-    judged = Judgement(
-        tags=condition.tags,
-        logits=seen.logits,
-        features=seen.features,
-        trajectory_error=path_error.cpu().masked_fill(~specified.any(dim=1), float("nan")),
-        joint_position_error=joint_position_error(joints, real_joints, mask),
-        joint_speed=joint_speed(joints, mask),
-        foot_skating=foot_skating(joints, mask),
-    )
-    return Judgement(**{field.name: getattr(judged, field.name).double().cpu() for field in fields(judged)})
+        return Judgement(**{field.name: getattr(judged, field.name).double().cpu() for field in fields(judged)})

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import torch
 from rich.progress import Progress
 from torch import Tensor
+from torch.utils.data import DataLoader
 
-from motiongen.contracts import Condition, MotionBatch
-from motiongen.evaluation.judgement import Judgement, judge, root_columns
+from motiongen.contracts import Condition
+from motiongen.data.dataset import collate
+from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.metrics.classification import accuracy, class_accuracy
 from motiongen.evaluation.metrics.distribution import diversity, frechet_distance, multimodality
 from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
 from motiongen.options import PositiveInt, Share
-from motiongen.recognition.recognizer import TrainedRecognizer
+from motiongen.recognition.recognizer import Recognizer, TrainedRecognizer
 
 if TYPE_CHECKING:
     from motiongen.data.datamodule import MotionData
@@ -55,8 +57,8 @@ def evaluate(
     """Judge systems, and the real clips, on the test split.
 
     Every system generates every test clip once a seed. A system's FID is against the real test clips; the real clips'
-    own FID is against as many training clips, drawn anew for every seed, windows as in the first epoch. All other
-    metrics of the real clips are the same functions on the real motion.
+    own FID is against as many training clips, drawn anew for every seed. All other metrics of the real clips are the
+    same functions on the real motion.
 
     Args:
         systems: name to system, for example {"generated": model.generate}; the model is in eval mode and on the
@@ -72,48 +74,33 @@ def evaluate(
         raise ValueError(f'the name "{REAL}" is kept for the real test clips')
     network = recognizer.recognizer.eval()
     device = next(network.parameters()).device
-    root = root_columns(data.tags, data.store.root_tags)
     batches = [batch.to(device) for batch in data.test_batches(protocol.batch_size)]
-
-    def judged(motions: Iterable[Tensor]) -> Judgement:
-        return Judgement.concatenate(
-            judge(motion, batch.motion, batch.condition, network, data.skeleton, root)
-            for motion, batch in zip(motions, batches, strict=True)
-        )
-
-    real = judged(batch.motion for batch in batches)
-    training = (
-        torch.cat(
-            [
-                network(batch.motion.to(device), batch.condition.mask.to(device)).features
-                for batch in data.train_batches(0)
-            ]
-        )
-        .double()
-        .cpu()
-    )
+    judge = Judge.of(network, data, batches)
+    real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
+    training = _training_features(network, data, protocol.batch_size, device)
     drawn = min(len(real), len(training))
-    own = [
-        metrics(real, training[torch.randperm(len(training), generator=_generator(seed))[:drawn]], seed, protocol)
-        for seed in protocol.generation_seeds
-    ]
+    own = []
+    for seed in protocol.generation_seeds:
+        chosen = torch.randperm(len(training), generator=_generator(seed))[:drawn]
+        own.append(metrics(real, training[chosen], seed, protocol))
     results = {REAL: SystemResult(values=_by_metric(own), actions=action_results(real, real, data.tags))}
-    total = len(systems) * protocol.seeds * len(batches)
     with Progress() as progress:
-        task = progress.add_task("Evaluating", total=total)
+        task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds * len(batches))
         for name, generate in systems.items():
             runs = []
             for seed in protocol.generation_seeds:
-                try:
-                    # Batches must not share their noise, nor seeds: every pair of the two has a number of its own.
-                    numbers = range(seed * len(batches), (seed + 1) * len(batches))
-                    runs.append(judged(_generated(generate, batches, numbers, lambda: progress.advance(task))))
-                except ValueError as error:
-                    raise ValueError(f"system {name}, seed {seed}: {error}") from error
-            values = [
-                metrics(run, real.features, seed, protocol)
-                for run, seed in zip(runs, protocol.generation_seeds, strict=True)
-            ]
+                judgements = []
+                for index, batch in enumerate(batches):
+                    # Neither batches nor seeds may share their noise: every pair of the two has a number of its own.
+                    motion = generate(batch.condition, seed * len(batches) + index)
+                    try:
+                        judgements.append(judge(motion, batch))
+                    except ValueError as error:
+                        raise ValueError(f"system {name}, seed {seed}: {error}") from error
+                    progress.advance(task)
+                runs.append(Judgement.concatenate(judgements))
+            seeds = zip(runs, protocol.generation_seeds, strict=True)
+            values = [metrics(run, real.features, seed, protocol) for run, seed in seeds]
             actions = action_results(Judgement.concatenate(runs), real, data.tags)
             results[name] = SystemResult(values=_by_metric(values), actions=actions)
     return Evaluation(
@@ -175,12 +162,11 @@ def _by_metric(seeds: list[dict[str, float]]) -> dict[str, tuple[float, ...]]:
     return {metric: tuple(values[metric] for values in seeds) for metric in seeds[0]}
 
 
-def _generated(
-    generate: Generate, batches: list[MotionBatch], seeds: range, advance: Callable[[], None]
-) -> Iterator[Tensor]:
-    for batch, seed in zip(batches, seeds, strict=True):
-        yield generate(batch.condition, seed)
-        advance()
+def _training_features(network: Recognizer, data: MotionData, batch_size: int, device: torch.device) -> Tensor:
+    """(M, E) float64 features of all training clips, cut into windows as the test clips are."""
+    loader = DataLoader(data.train_items(), batch_size=batch_size, collate_fn=collate)
+    batches = (batch.to(device) for batch in loader)
+    return torch.cat([network(batch.motion, batch.condition.mask).features for batch in batches]).double().cpu()
 
 
 def _generator(seed: int) -> torch.Generator:

@@ -7,11 +7,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+import numpy as np
 import torch
 from rich.progress import track
 from torch import Tensor
+from torch.utils.data import DataLoader
 
 from motiongen.contracts import MotionBatch
+from motiongen.data.dataset import Item, MotionDataset, bucketed, collate
 from motiongen.evaluation.metrics.classification import hits
 from motiongen.options import NonNegativeFloat, PositiveFloat, PositiveInt, Share
 from motiongen.recognition.augmentation import Augmentation
@@ -23,9 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class RecognizerTraining:
-    """AdamW under a cosine schedule, on windows and augmentations drawn anew in every epoch."""
+    """AdamW under a cosine schedule, on batches and augmentations drawn anew in every epoch."""
 
     epochs: PositiveInt = 60
+    batch_size: PositiveInt = 32
+    """Clips in a step: not the generator's batch size, so that all generators are judged by the same recognizer."""
     learning_rate: PositiveFloat = 1e-3
     warmup: Share = 0.1
     """Share of the run in which the learning rate rises."""
@@ -33,7 +38,7 @@ class RecognizerTraining:
     label_smoothing: Share = 0.1
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
-    """Of weights, dropout and augmentation; the batches' order is the data's."""
+    """Of weights, dropout, batches and augmentation."""
 
     def rate(self, progress: float) -> float:
         """Learning rate at `progress` in [0, 1) of the run."""
@@ -48,6 +53,7 @@ def train(build: RecognizerBuilder, settings: RecognizerTraining, data: MotionDa
         ValueError: the split has a group of sequences on both sides, so that test accuracy would mean nothing.
     """
     check_split(data)
+    clips = data.train_items()
     generator = torch.Generator().manual_seed(settings.seed)
     # Initialisation and dropout draw from torch's global generator; the caller's state is put back afterwards.
     with torch.random.fork_rng(devices=[]):
@@ -55,7 +61,7 @@ def train(build: RecognizerBuilder, settings: RecognizerTraining, data: MotionDa
         recognizer = build(tags=len(data.tags), skeleton=data.skeleton).train()
         optimizer = torch.optim.AdamW(recognizer.parameters(), lr=0.0, weight_decay=settings.weight_decay)
         for epoch in track(range(settings.epochs), "Training the recognizer"):
-            batches = data.train_batches(epoch)
+            batches = _batches(clips, settings, epoch)
             for step, batch in enumerate(batches):
                 optimizer.param_groups[0]["lr"] = settings.rate((epoch + step / len(batches)) / settings.epochs)
                 motion, mask = settings.augmentation(batch.motion, batch.condition.mask, generator)
@@ -66,6 +72,13 @@ def train(build: RecognizerBuilder, settings: RecognizerTraining, data: MotionDa
                 torch.nn.utils.clip_grad_norm_(recognizer.parameters(), 1.0)
                 optimizer.step()
     return recognizer.eval()
+
+
+def _batches(clips: MotionDataset, settings: RecognizerTraining, epoch: int) -> DataLoader[Item]:
+    """All clips in batches of similar lengths, shuffled."""
+    order = np.random.default_rng((settings.seed, epoch))
+    batches = bucketed([len(clip) for clip in clips.clips], settings.batch_size, order)
+    return DataLoader(clips, batch_sampler=batches, collate_fn=collate, generator=torch.Generator())
 
 
 def smoothed_cross_entropy(logits: Tensor, tags: Tensor, smoothing: float) -> Tensor:

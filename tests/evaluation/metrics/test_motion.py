@@ -3,8 +3,15 @@ import math
 import pytest
 import torch
 
-from motiongen.evaluation.metrics.motion import foot_skating, joint_position_error, joint_speed, trajectory_error
-from motiongen.motion.skeleton import JOINT, JOINTS
+from motiongen.evaluation.metrics.motion import (
+    CONTACT_MARGIN,
+    foot_skating,
+    joint_position_error,
+    joint_speed,
+    resting_heights,
+    trajectory_error,
+)
+from motiongen.motion.skeleton import FEET, JOINT, JOINTS
 
 
 @pytest.fixture
@@ -37,12 +44,20 @@ def test_joint_speed_of_a_body_that_glides_is_its_speed(mask: torch.Tensor) -> N
 
 
 def test_only_feet_in_contact_skate(mask: torch.Tensor) -> None:
+    resting = torch.zeros(len(FEET))
     joints = torch.ones(2, 5, JOINTS, 3)
     joints[..., 0] = (torch.arange(5) * 0.02).view(1, 5, 1)
-    assert foot_skating(joints, mask).isnan().all()
-    joints[:, :, JOINT["left_foot"], 2] = 0.0
+    assert foot_skating(joints, mask, resting).isnan().all()
+    joints[:, :, JOINT["left_foot"], 2] = CONTACT_MARGIN / 2
     joints[1, 3:] = 50.0
-    assert foot_skating(joints, mask).tolist() == pytest.approx([2.0, 2.0], rel=1e-5)
+    assert foot_skating(joints, mask, resting).tolist() == pytest.approx([2.0, 2.0], rel=1e-5)
     # A foot that comes down onto the floor was not in contact before.
     joints[0, :4, JOINT["left_foot"], 2] = 1.0
-    assert foot_skating(joints, mask)[0].isnan()
+    assert foot_skating(joints, mask, resting)[0].isnan()
+
+
+def test_resting_heights_are_those_of_flat_feet_over_valid_frames(mask: torch.Tensor) -> None:
+    joints = torch.full((2, 5, JOINTS, 3), 0.3)
+    joints[0, :3, list(FEET), 2] = torch.tensor([0.11, 0.04, 0.12, 0.05])
+    joints[1, 3:] = -50.0
+    assert resting_heights(joints, mask).tolist() == pytest.approx([0.11, 0.04, 0.12, 0.05])

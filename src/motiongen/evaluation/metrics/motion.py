@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
-from motiongen.motion.skeleton import FEET, JOINT_NAMES
+from motiongen.motion.skeleton import FEET
 
-CONTACT_HEIGHT = {"ankle": 0.15, "foot": 0.07}
+CONTACT_MARGIN = 0.02
+"""Metres that a foot joint may be above its resting height and still count as in contact with the floor."""
 
 
 def trajectory_error(position: Tensor, trajectory: Tensor, mask: Tensor) -> Tensor:
@@ -38,16 +40,25 @@ def joint_speed(joints: Tensor, mask: Tensor, fps: float = 30.0) -> Tensor:
     return _mean((joints[:, 1:] - joints[:, :-1]).norm(dim=-1).mean(dim=-1), mask[:, 1:] & mask[:, :-1]) * fps
 
 
-def foot_skating(joints: Tensor, mask: Tensor) -> Tensor:
+def resting_heights(joints: Tensor, mask: Tensor) -> Tensor:
+    """Height of every joint of FEET while the foot stands flat: (B, T, 22, 3), mask (B, T) to (F,) metres.
+
+    The tenth percentile over all valid frames: bodies differ by centimetres in how high their ankle and toe joints are,
+    and even runners have a foot on the floor more often than that.
+    """
+    return torch.quantile(joints[mask][:, list(FEET), 2], 0.1, dim=0)
+
+
+def foot_skating(joints: Tensor, mask: Tensor, resting: Tensor) -> Tensor:
     """Horizontal speed of the ankles and toes that are in contact with the floor.
 
-    joints (B, T, 22, 3) in metres with the floor at z = 0, mask (B, T), to (B,); NaN for clips without contact. A joint
-    is in contact between two valid frames if in both it is below CONTACT_HEIGHT. Unit: centimetres per frame. Range 0
-    to infinity, lower is better; real clips are above 0, as feet roll, so compare with theirs.
+    joints (B, T, 22, 3) in metres, mask (B, T), resting (F,) from `resting_heights` of real motion, to (B,); NaN for
+    clips without contact. A joint is in contact between two valid frames if in both it is under CONTACT_MARGIN above
+    its resting height. Unit: centimetres per frame. Range 0 to infinity, lower is better; real clips are above 0, as
+    feet roll, so compare with theirs.
     """
     feet = joints[:, :, list(FEET)]
-    heights = feet.new_tensor([CONTACT_HEIGHT[JOINT_NAMES[joint].split("_")[1]] for joint in FEET])
-    low = (feet[..., 2] < heights) & mask.unsqueeze(-1)
+    low = (feet[..., 2] < resting + CONTACT_MARGIN) & mask.unsqueeze(-1)
     speed = (feet[:, 1:, :, :2] - feet[:, :-1, :, :2]).norm(dim=-1)
     return _mean(speed.flatten(1), (low[:, 1:] & low[:, :-1]).flatten(1)) * 100
 
