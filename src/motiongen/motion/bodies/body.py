@@ -12,8 +12,8 @@ from motiongen.motion.kinematics import forward_kinematics
 from motiongen.motion.representation import unpack
 from motiongen.motion.skeleton import JOINT, JOINTS, PARENTS, Skeleton
 
-TORSO = tuple(JOINT[name] for name in ("spine1", "spine2", "spine3"))
-LIMBS = {JOINT["neck"]: JOINT["head"]} | {
+TORSO = [JOINT[name] for name in ("spine1", "spine2", "spine3", "left_collar", "right_collar", "neck")]
+LIMBS = {
     JOINT[f"{side}_{start}"]: JOINT[f"{side}_{end}"]
     for side in ("left", "right")
     for start, end in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
@@ -83,7 +83,7 @@ class Body:
 
         Flesh turns and stretches along with its bone, keeps its girth but for the overall size, and is blended by the
         skinning weights. The torso is stretched as one from pelvis to neck, since data sets place spine joints and
-        collars freely, and soles stay flat: feet are stretched in their ground plane only.
+        collars freely. Soles stay level, as far below the toe joints as the skeleton's ankles say.
         """
         skeleton = Skeleton(skeleton.offsets.to(self.rest))
         old, new = self.rest_joints, skeleton_joints(skeleton)
@@ -92,14 +92,20 @@ class Body:
         fixed, anchors = old.clone(), new.clone()
         for joint, end in LIMBS.items():
             linear[joint] = _stretch(old[end] - old[joint], new[end] - new[joint], size)
-        linear[list(TORSO)] = _stretch(old[JOINT["neck"]], new[JOINT["neck"]], size)
-        fixed[list(TORSO)] = anchors[list(TORSO)] = 0.0
+        linear[TORSO] = _stretch(old[JOINT["neck"]], new[JOINT["neck"]], size)
+        for parts, joint in ((TORSO, JOINT["left_shoulder"]), ([JOINT["pelvis"]], JOINT["left_hip"])):
+            # Chest and hips: halfway (geometrically) between the joints' distance and the overall size.
+            linear[parts, :, 0] *= (new[joint, 0] / old[joint, 0] / size).clamp(0.5, 2).sqrt()
+        fixed[TORSO] = anchors[TORSO] = 0.0
         for collar, shoulder in COLLARS.items():
-            linear[collar] = linear[TORSO[-1]]
-            fixed[collar], anchors[collar] = old[shoulder], new[shoulder]
+            # Halfway between the chest and the shoulder that they join.
+            fixed[collar], anchors[collar] = old[shoulder], (linear[collar] @ old[shoulder] + new[shoulder]) / 2
         for ankle, toes in TOES.items():
-            linear[ankle, 2, 2] = (new[toes, 2] - new[ankle, 2]) / (old[toes, 2] - old[ankle, 2])
-            anchors[toes, 1] = new[ankle, 1] + size * (old[toes, 1] - old[ankle, 1])
+            was, becomes = old[toes] - old[ankle], new[toes] - new[ankle]
+            # Down and forward apart, without a turn: what was level stays level.
+            across = torch.tensor([size, *(becomes[1:] / was[1:]).clamp(0.5 * size, 2 * size).tolist()])
+            linear[[ankle, toes]] = torch.diag(across).to(linear)
+            anchors[toes, 1] = new[ankle, 1] + across[1] * was[1]
         shift = anchors - (linear @ fixed.unsqueeze(-1)).squeeze(-1)
         directions = None if self.pose_directions is None else self.pose_directions * size
         rest = skin(self.rest, self.weights, linear, shift)
