@@ -11,9 +11,11 @@ from motiongen.motion.skeleton import PARENTS, Skeleton
 
 def global_rotations(rotations: Tensor) -> Tensor:
     """Local rotations (..., 22, 3, 3) to world rotations (..., 22, 3, 3)."""
-    world = [rotations[..., 0, :, :]]
-    for joint, parent in enumerate(PARENTS[1:], start=1):
-        world.append(world[parent] @ rotations[..., joint, :, :])
+    # Unbound at once: the gradient of indexing joint by joint would fill the whole tensor with zeros for every joint.
+    root, *others = rotations.unbind(-3)
+    world = [root]
+    for local, parent in zip(others, PARENTS[1:], strict=True):
+        world.append(world[parent] @ local)
     return torch.stack(world, dim=-3)
 
 
@@ -28,10 +30,12 @@ def forward_kinematics(rotations: Tensor, translation: Tensor, skeleton: Skeleto
         World rotations (..., 22, 3, 3) and world joint positions (..., 22, 3) in metres.
     """
     world = global_rotations(rotations)
-    offsets = skeleton.offsets.to(translation)
+    offsets = skeleton.offsets.to(translation)[1:]
+    # Every bone, turned by its parent joint: (..., 21, 3).
+    bones = torch.einsum("...jmn,jn->...jm", world[..., list(PARENTS[1:]), :, :], offsets)
     positions = [translation]
-    for joint, parent in enumerate(PARENTS[1:], start=1):
-        positions.append(positions[parent] + world[..., parent, :, :] @ offsets[joint])
+    for bone, parent in zip(bones.unbind(-2), PARENTS[1:], strict=True):
+        positions.append(positions[parent] + bone)
     return world, torch.stack(positions, dim=-2)
 
 

@@ -60,9 +60,11 @@ class Objective:
 
     def terms(self, prediction: Prediction, batch: MotionBatch, skeleton: Skeleton) -> dict[str, Tensor]:
         """Unweighted scalars, named `rotation`, `rotation_velocity`, ..., `kl`, and `first_pass/...` for a first pass."""
-        named = self._reconstruction(prediction.motion, batch, skeleton)
+        targets = {name: quantity(batch.motion, skeleton) for name, quantity in self.quantities.items()}
+        mask = batch.condition.mask
+        named = self._reconstruction(prediction.motion, targets, mask, skeleton)
         if prediction.first_pass is not None:
-            first = self._reconstruction(prediction.first_pass, batch, skeleton)
+            first = self._reconstruction(prediction.first_pass, targets, mask, skeleton)
             named |= {FIRST_PASS + name: value for name, value in first.items()}
         if prediction.posterior is not None:
             named[KL] = kl_to_standard_normal(prediction.posterior)
@@ -82,11 +84,12 @@ class Objective:
             weighted.append(share * order * self.weights[quantity.removesuffix("_velocity")] * value)
         return torch.stack(weighted).sum()
 
-    def _reconstruction(self, motion: Tensor, batch: MotionBatch, skeleton: Skeleton) -> dict[str, Tensor]:
-        mask = batch.condition.mask
+    def _reconstruction(
+        self, motion: Tensor, targets: Mapping[str, Tensor], mask: Tensor, skeleton: Skeleton
+    ) -> dict[str, Tensor]:
         named: dict[str, Tensor] = {}
-        for name, quantity in self.quantities.items():
-            predicted, target = quantity(motion, skeleton), quantity(batch.motion, skeleton)
+        for name, target in targets.items():
+            predicted = self.quantities[name](motion, skeleton)
             named[name] = squared_error(predicted, target, mask)
             named[f"{name}_velocity"] = velocity_error(predicted, target, mask)
         return named

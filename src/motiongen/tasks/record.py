@@ -1,0 +1,111 @@
+"""What a task leaves behind: the resolved configuration, summary.json, the tracker's run and the closing lines."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from motiongen.data.datamodule import MotionData
+from motiongen.evaluation.results import Evaluation
+from motiongen.evaluation.table import action_rows, footnote, markdown, metric_rows
+from motiongen.recognition.recognizer import TrainedRecognizer
+from motiongen.resolvers import current_run_name
+from motiongen.tracking.summary import circumstances, write_summary
+from motiongen.tracking.tags import choice_tags
+from motiongen.tracking.tracker import Tracker
+
+CONFIG_FILE = "config.yaml"
+
+
+class Record:
+    """Opens the tracker's run on entry; on exit writes summary.json and closes the run with what became of it.
+
+    Args:
+        config: the configuration of the task.
+        folder: the run folder.
+    """
+
+    def __init__(self, config: DictConfig, folder: Path) -> None:
+        self._config = config
+        self._folder = folder
+        self._summary: dict[str, Any] = {}
+        self._closing: list[str] = []
+        self.tracker: Tracker = instantiate(config.tracker)
+
+    def __enter__(self) -> Self:
+        self._started = time.monotonic()
+        resolved: Any = OmegaConf.to_container(self._config, resolve=True)
+        OmegaConf.save(resolved, self._folder / CONFIG_FILE)
+        tags = choice_tags(self._config, HydraConfig.get().runtime.choices) | {"seed": str(self._config.seed)}
+        name = current_run_name(self._config)
+        self.tracker.start(name, resolved, tags, self._folder)
+        self._summary = {"name": name, "seed": self._config.seed, "command": sys.argv[1:]}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self.tracker.finish("KILLED" if kind is KeyboardInterrupt else "FAILED")
+            return
+        self._summary |= circumstances(time.monotonic() - self._started)
+        path = write_summary(self._folder, self._summary)
+        self.tracker.log_artifact(path)
+        self.tracker.finish()
+
+    def data(self, data: MotionData) -> None:
+        """Which data, and how it was split."""
+        self._summary["data"] = {
+            "name": data.name,
+            "fingerprint": data.fingerprint,
+            "train_clips": len(data.split.train),
+            "test_clips": len(data.split.test),
+            "tags": list(data.tags),
+            "left_out": data.split.left_out,
+        }
+
+    def evaluation(self, evaluation: Evaluation) -> None:
+        """The metrics, everywhere."""
+        self._summary["evaluation"] = evaluation.to_json()
+        self.tracker.log_metrics(evaluation.scalars())
+        rows, actions = metric_rows(evaluation), action_rows(evaluation, "generated")
+        table = f"{markdown(rows)}\n\n{footnote(evaluation)}\n\n{markdown(actions)}\n"
+        path = self._folder / "metrics.md"
+        path.write_text(table, encoding="utf-8")
+        self.tracker.log_table("metrics", rows)
+        self.tracker.log_table("actions", actions)
+        self.tracker.log_artifact(path)
+        self._closing += [table]
+
+    def previews(self, page: Path, *pictures: Path) -> None:
+        """Files to watch, in the tracker, too."""
+        for path in (page, *pictures):
+            self.tracker.log_artifact(path, "previews")
+        self._closing.append(f"Watch the motion: {page}")
+
+    def recognizer(self, recognizer: TrainedRecognizer) -> None:
+        """Which recognizer, and how good it is."""
+        self._summary["recognizer"] = {
+            "fingerprint": recognizer.fingerprint,
+            "test_accuracy": recognizer.test_accuracy,
+            "was_trained": recognizer.was_trained,
+        }
+        self.tracker.log_metrics({"recognizer/test_accuracy": recognizer.test_accuracy})
+        origin = "trained now" if recognizer.was_trained else "from the cache"
+        self._closing.append(
+            f"Recognizer {recognizer.fingerprint[:12]} ({origin}): accuracy {recognizer.test_accuracy:.3f} on real test clips"
+        )
+
+    def print_outcome(self) -> None:
+        """The closing lines: tables, where the motion lies, how to open the tracker."""
+        lines = [*self._closing, f"Run folder: {self._folder}"]
+        if command := self.tracker.how_to_open():
+            lines.append(f"Browse the runs: {command}")
+        print("\n".join(lines))

@@ -1,0 +1,94 @@
+"""`task=synthesize run=... timeline=...`: one long motion from a timeline of actions."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import torch
+from omegaconf import DictConfig
+from torch import Tensor
+
+from motiongen.data.datamodule import MotionData
+from motiongen.export.html import write_page
+from motiongen.export.raster import render_gif
+from motiongen.export.scene import Scene
+from motiongen.synthesis.paths import fit_path
+from motiongen.synthesis.pipeline import LongMotion, Step, synthesize
+from motiongen.synthesis.timeline import Action, parse_timeline
+from motiongen.tasks.assembly import build_body, build_data, run_folder, trained_generator
+from motiongen.tasks.record import Record
+
+FPS = 30.0
+
+
+def run(config: DictConfig) -> None:
+    """Generate the timeline; the motion lies in the run folder as numbers (motion.npz), page and animation."""
+    folder = run_folder()
+    with Record(config, folder) as record:
+        data = build_data(config)
+        record.data(data)
+        actions = parse_timeline(config.timeline, data.tags)
+        generator = trained_generator(config, data)
+        draw = torch.Generator().manual_seed(config.seed)
+        steps = [plan(action, data, draw) for action in actions]
+        motion = synthesize(generator, initial_motion(actions[0], data, draw), steps, config.seed)
+        write_motion(folder / "motion.npz", motion, actions, data)
+        spans = zip(motion.boundaries, motion.boundaries[1:], actions, strict=False)
+        scene = Scene(
+            title=config.timeline,
+            features=motion.features,
+            body=build_body(config, data),
+            initial_frames=motion.boundaries[0],
+            labels=tuple((start, stop, " + ".join(action.tags)) for start, stop, action in spans),
+        )
+        page, animation = folder / "motion.html", folder / "motion.gif"
+        write_page(page, [scene])
+        render_gif(animation, scene)
+        record.previews(page, animation)
+    record.print_outcome()
+
+
+def initial_motion(action: Action, data: MotionData, draw: torch.Generator) -> Tensor:
+    """The initial motion of a training clip with the action's tags, drawn at random (supplement, section 5.2)."""
+    items = _training_clips(action, data)
+    return data.train_items()[items[int(torch.randint(len(items), (), generator=draw))]].initial_motion
+
+
+def plan(action: Action, data: MotionData, draw: torch.Generator) -> Step:
+    """The action with its tags as a vector and, where it travels, the path of a training clip."""
+    frames = action.frames(FPS)
+    tags = torch.tensor([float(tag in action.tags) for tag in data.tags])
+    if not set(action.tags) & set(data.store.root_tags):
+        return Step(tags, frames)
+    items, clips = data.train_items(), _training_clips(action, data)
+    enough = [clip for clip in clips if len(items.clips[clip]) >= frames]
+    longest = max(clips, key=lambda clip: len(items.clips[clip]))
+    chosen = enough[int(torch.randint(len(enough), (), generator=draw))] if enough else longest
+    return Step(tags, frames, fit_path(items[chosen].trajectory, frames))
+
+
+def write_motion(path: Path, motion: LongMotion, actions: tuple[Action, ...], data: MotionData) -> None:
+    """Features in the world with everything needed to pose a body by them; whole or not at all."""
+    unfinished = path.with_suffix(".tmp")
+    with unfinished.open("wb") as file:
+        np.savez_compressed(
+            file,
+            features=motion.features.numpy(),
+            offsets=data.skeleton.offsets.numpy(),
+            boundaries=np.array(motion.boundaries),
+            tags=np.array([" + ".join(action.tags) for action in actions]),
+            fps=FPS,
+        )
+    os.replace(unfinished, path)
+
+
+def _training_clips(action: Action, data: MotionData) -> list[int]:
+    """Numbers of the training items that bear the first of the action's tags."""
+    sequences = data.store.sequences
+    return [
+        index
+        for index, clip in enumerate(data.train_items().clips)
+        if action.tags[0] in sequences[clip.sequence].segments[clip.segment].tags
+    ]

@@ -1,0 +1,39 @@
+"""`task=train`: fit a generator, judge it, write previews."""
+
+from __future__ import annotations
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from motiongen.generation.checkpoint import save_generator
+from motiongen.generation.fitting import fit
+from motiongen.generation.lightning import TrainingShell
+from motiongen.tasks.assembly import GENERATOR_FILE, build_data, build_generator, run_folder
+from motiongen.tasks.judging import judge
+from motiongen.tasks.previews import write_previews
+from motiongen.tasks.record import Record
+
+
+def run(config: DictConfig) -> None:
+    """Train, evaluate and preview; everything lies in the run folder and in the tracker."""
+    folder = run_folder()
+    with Record(config, folder) as record:
+        data = build_data(config)
+        record.data(data)
+        generator = build_generator(config, data)
+        shell = TrainingShell(
+            generator, instantiate(config.objective), data.skeleton, instantiate(config.optimizer), config.seed
+        )
+        fit(
+            shell,
+            data,
+            instantiate(config.trainer, _partial_=True),
+            folder / "checkpoints",
+            record.tracker,
+            resume=config.resume is not None,
+        )
+        save_generator(folder / GENERATOR_FILE, generator, data.tags)
+        evaluation = judge(config, data, generator)
+        record.evaluation(evaluation)
+        record.previews(*write_previews(folder, config, data, generator))
+    record.print_outcome()
