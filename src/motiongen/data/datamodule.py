@@ -23,7 +23,7 @@ class MotionData:
     """A data set, split and windowed, as batches.
 
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch; test clips are
-    cut into consecutive windows once. Everything follows from the seed: the split, and each epoch's windows and batches.
+    cut into consecutive windows once. The split and every epoch's windows and batches follow from the seed.
 
     Raises:
         ValueError: `max_frames` below `min_frames`, or no tag that can be on both sides of the split.

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+from collections import Counter
+from itertools import islice
+
+import pytest
+import torch
+
+from motiongen.data.clips import DataError, Sequence
+from motiongen.data.sources.builtin.source import BuiltinSource
+
+PROMISED = {
+    "walk", "run", "step", "turn", "sit down", "stand up", "stand", "jump", "kick", "punch", "throw", "wave hand",
+}  # fmt: skip
+
+
+def test_same_seed_gives_the_same_bits(corpus: tuple[Sequence, ...]) -> None:
+    again = list(islice(BuiltinSource().sequences(), 6))
+    for first, second in zip(corpus, again, strict=False):
+        assert torch.equal(first.features, second.features)
+        assert first.segments == second.segments
+
+
+def test_a_session_does_not_depend_on_how_many_follow(corpus: tuple[Sequence, ...]) -> None:
+    short = list(BuiltinSource(sessions=2).sequences())
+    assert torch.equal(short[1].features, corpus[1].features)
+
+
+def test_another_seed_gives_other_motion(corpus: tuple[Sequence, ...]) -> None:
+    other = next(BuiltinSource(seed=1).sequences())
+    assert other.features.shape != corpus[0].features.shape or not torch.equal(other.features, corpus[0].features)
+
+
+def test_every_promised_tag_has_clips_to_learn_from(corpus: tuple[Sequence, ...]) -> None:
+    counts = Counter(tag for sequence in corpus for part in sequence.segments for tag in part.tags)
+    assert set(counts) >= PROMISED
+    assert min(counts.values()) >= 40
+    assert len(corpus) == len(BuiltinSource())
+    assert len({sequence.name for sequence in corpus}) == len(corpus)
+
+
+def test_segments_touch_and_the_first_has_a_predecessor(corpus: tuple[Sequence, ...]) -> None:
+    for sequence in corpus:
+        parts = sequence.segments
+        assert parts[0].start >= 6
+        assert all(before.stop == after.start for before, after in zip(parts, parts[1:], strict=False))
+        assert parts[-1].stop == len(sequence.features)
+        assert all(20 <= part.stop - part.start <= 130 for part in parts)
+        assert sequence.features.dtype == torch.float32
+        assert torch.isfinite(sequence.features).all()
+
+
+def test_a_chair_is_left_before_anything_else(corpus: tuple[Sequence, ...]) -> None:
+    for sequence in corpus:
+        tags = [part.tags[0] for part in sequence.segments]
+        for index, tag in enumerate(tags):
+            if tag == "sit down":
+                assert tags[index + 1 : index + 3] == ["sit", "stand up"]
+
+
+def test_fingerprint_follows_the_settings() -> None:
+    prints = {
+        BuiltinSource(**settings).fingerprint() for settings in ({}, {"seed": 1}, {"sessions": 3}, {"subjects": 4})
+    }
+    assert len(prints) == 4
+    assert BuiltinSource().fingerprint() == BuiltinSource().fingerprint()
+
+
+@pytest.mark.parametrize("settings", [{"sessions": 0}, {"subjects": 0}, {"seed": -1}])
+def test_settings_out_of_range_are_named(settings: dict[str, int]) -> None:
+    with pytest.raises(DataError, match=next(iter(settings))):
+        BuiltinSource(**settings)

@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import torch
+
+from motiongen.contracts import MotionBatch
+from motiongen.data.datamodule import MotionData
+from tests.data.corpus import ListedSource, session
+
+ROWS = [
+    session(f"{tag}_{take}", [(0, 30 + 10 * take, tag)], 30 + 10 * take)
+    for tag in ("walk", "wave")
+    for take in range(10)
+]
+
+
+def data(cache: Path, seed: int = 0, max_frames: int = 60, draws: int = 1) -> MotionData:
+    source = ListedSource(ROWS, frozenset({"walk"}))
+    return MotionData(
+        source=source, cache=str(cache), seed=seed, batch_size=4, max_frames=max_frames, min_frames=20, draws=draws
+    )
+
+
+def same(one: list[MotionBatch], other: list[MotionBatch]) -> bool:
+    return len(one) == len(other) and all(
+        a.motion.shape == b.motion.shape
+        and torch.equal(a.motion, b.motion)
+        and torch.equal(a.condition.initial_motion, b.condition.initial_motion)
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def test_an_epoch_depends_on_seed_and_epoch_only(tmp_path: Path) -> None:
+    first, again = data(tmp_path), data(tmp_path)
+    epoch = list(first.train_batches(3))
+    torch.manual_seed(5)
+    list(again.train_batches(0))
+    assert same(epoch, list(again.train_batches(3)))
+    assert not same(epoch, list(first.train_batches(4)))
+    assert not same(epoch, list(data(tmp_path, seed=1).train_batches(3)))
+
+
+def test_batches_leave_the_global_generator_alone(tmp_path: Path) -> None:
+    batches = data(tmp_path)
+    before = torch.get_rng_state()
+    list(batches.train_batches(0))
+    list(batches.test_batches(3))
+    assert torch.equal(before, torch.get_rng_state())
+
+
+def test_every_epoch_shows_every_training_clip_in_windows_that_move(tmp_path: Path) -> None:
+    run = data(tmp_path)
+    epochs = [list(run.train_batches(epoch)) for epoch in range(8)]
+    expected = sorted(min(len(clip), 60) for clip in run.split.train)
+    for batches in epochs:
+        assert len(run.train_batches(0)) == len(batches)
+        assert sorted(torch.cat([batch.condition.lengths for batch in batches]).tolist()) == expected
+    first_poses = torch.cat([batch.condition.initial_motion[:, -1] for batches in epochs for batch in batches])
+    assert len(first_poses.unique(dim=0)) > 2 * len(run.split.train)
+
+
+def test_draws_multiply_an_epoch(tmp_path: Path) -> None:
+    run = data(tmp_path, draws=3)
+    lengths = torch.cat([batch.condition.lengths for batch in run.train_batches(0)])
+    assert len(lengths) == 3 * len(run.split.train)
+
+
+def test_test_batches_hold_all_test_windows_and_never_change(tmp_path: Path) -> None:
+    run = data(tmp_path)
+    batches = list(run.test_batches(3))
+    lengths = torch.cat([batch.condition.lengths for batch in batches]).tolist()
+    assert lengths == sorted(lengths)
+    windows = [part for clip in run.split.test for part in clip.windows(60, 20)]
+    assert sorted(lengths) == sorted(map(len, windows))
+    assert same(batches, list(run.test_batches(3)))
+    assert run.test_items().clips == tuple(windows)
+    assert len(run.train_items()) >= len(run.split.train)
+
+
+def test_the_fingerprint_tells_what_is_trained_and_tested_on(tmp_path: Path) -> None:
+    prints = {data(tmp_path / str(index)).fingerprint for index in range(2)}
+    assert len(prints) == 1
+    others = [data(tmp_path, seed=1), data(tmp_path, max_frames=50), data(tmp_path, draws=2)]
+    assert len(prints | {other.fingerprint for other in others}) == 4
+
+
+def test_windows_that_cannot_be_cut_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"data\.max_frames \(10\) is below data\.min_frames \(20\)"):
+        data(tmp_path, max_frames=10)

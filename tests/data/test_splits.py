@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motiongen.data.splits import Clip, Split, split
+from motiongen.data.store import ClipStore
+from tests.data.corpus import ListedSource, session
+
+TAGS = ("bow", "jump", "kick", "run", "turn", "walk")
+
+
+def single_action_clips(rng: np.random.Generator) -> list[tuple[str, str, list[str]]]:
+    """One action a sequence, some sequences in groups: (name, group, tags of its segments)."""
+    rows = []
+    for tag in TAGS:
+        for take in range(int(rng.integers(6, 40))):
+            rows.append((f"{tag}_{take}", f"{tag}_{take // int(rng.integers(1, 4))}", [tag]))
+    return rows
+
+
+def long_sessions(rng: np.random.Generator) -> list[tuple[str, str, list[str]]]:
+    """Many actions a sequence, frequent and rare ones, some with two tags."""
+    rows = []
+    for number in range(40):
+        tags = [str(tag) for tag in rng.choice(TAGS, size=8, p=(0.02, 0.08, 0.1, 0.2, 0.2, 0.4))]
+        tags[0] = f"{tags[0]},stand" if tags[0] != "walk" else "walk"
+        rows.append((f"session_{number}", f"session_{number}", tags))
+    return rows
+
+
+def store_of(rows: list[tuple[str, str, list[str]]], cache: Path) -> ClipStore:
+    def sequence(name: str, group: str, tags: list[str]):  # type: ignore[no-untyped-def]
+        return session(name, [(30 * i, 30 * i + 30, tag) for i, tag in enumerate(tags)], 30 * len(tags), group)
+
+    return ClipStore.open(ListedSource([sequence(*row) for row in rows]), cache)
+
+
+def tags_of(store: ClipStore, clip: Clip) -> tuple[str, ...]:
+    return store.sequences[clip.sequence].segments[clip.segment].tags
+
+
+def counts(store: ClipStore, clips: tuple[Clip, ...]) -> Counter[str]:
+    return Counter(tag for clip in clips for tag in tags_of(store, clip))
+
+
+@pytest.mark.parametrize("corpus", [single_action_clips, long_sessions])
+@pytest.mark.parametrize("seed", range(6))
+def test_promises_of_every_split(tmp_path: Path, corpus: object, seed: int) -> None:
+    assert callable(corpus)
+    store = store_of(corpus(np.random.default_rng(seed)), tmp_path)
+    result = split(store, seed, test_cap=9)
+    groups = [{store.sequences[clip.sequence].group for clip in side} for side in (result.train, result.test)]
+    assert not groups[0] & groups[1]
+    train, test = counts(store, result.train), counts(store, result.test)
+    assert set(result.tags) | set(result.left_out) == set(store.tags)
+    assert not set(result.tags) & set(result.left_out)
+    for tag in result.tags:
+        assert train[tag] >= 1
+        assert 1 <= test[tag] <= 9
+        assert train[tag] + test[tag] >= 5
+    # Nothing that could be used is lost, and nothing is used twice.
+    clips = [*result.train, *result.test]
+    assert len(set(clips)) == len(clips)
+    segments = [tags for sequence in store.sequences for tags in (own.tags for own in sequence.segments)]
+    assert len(clips) == sum(bool(set(tags) & set(result.tags)) for tags in segments)
+    assert split(store, seed, test_cap=9) == result
+
+
+def test_each_tag_gets_a_fifth_where_clips_stand_alone(tmp_path: Path) -> None:
+    rows = [(f"{tag}_{i}", f"{tag}_{i}", [tag]) for number, tag in enumerate(TAGS) for i in range(5 + 7 * number)]
+    store = store_of(rows, tmp_path)
+    test = counts(store, split(store, 0).test)
+    assert [test[tag] for tag in TAGS] == [round(0.2 * (5 + 7 * number)) for number in range(len(TAGS))]
+
+
+def test_sessions_come_close_to_a_fifth(tmp_path: Path) -> None:
+    store = store_of(long_sessions(np.random.default_rng(0)), tmp_path)
+    result = split(store, 0)
+    train, test = counts(store, result.train), counts(store, result.test)
+    for tag in ("run", "turn", "walk"):
+        assert test[tag] / (train[tag] + test[tag]) == pytest.approx(0.2, abs=0.07)
+
+
+def test_another_seed_is_another_split(tmp_path: Path) -> None:
+    store = store_of(single_action_clips(np.random.default_rng(0)), tmp_path)
+    assert split(store, 0).test != split(store, 1).test
+
+
+def test_tags_that_cannot_be_on_both_sides_are_left_out_and_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    rows = [(f"walk_{i}", f"walk_{i}", ["walk"]) for i in range(10)]
+    rows += [(f"bow_{i}", "bow", ["bow"]) for i in range(9)]
+    rows += [(f"kick_{i}", f"kick_{i}", ["kick"]) for i in range(4)]
+    store = store_of(rows, tmp_path)
+    result = split(store, 0)
+    assert result.tags == ("walk",)
+    assert set(result.left_out) == {"bow", "kick"}
+    assert result.left_out["kick"] == "4 clips, fewer than 5"
+    assert "bow" in caplog.text
+    assert "kick" in caplog.text
+    assert set(counts(store, result.train)) | set(counts(store, result.test)) == {"walk"}
+
+
+def test_a_data_set_that_cannot_be_split_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no tag has clips on both sides"):
+        split(store_of([("one", "one", ["walk"] * 9)], tmp_path), 0)
+
+
+def only_clips(result: Split) -> list[tuple[int, int, int]]:
+    clips = sorted([*result.train, *result.test], key=lambda clip: (clip.sequence, clip.segment))
+    return [(clip.initial_start, clip.start, clip.stop) for clip in clips]
+
+
+def test_initial_motion_is_the_frames_before_or_the_sequence_s_own_first_six(tmp_path: Path) -> None:
+    segments = [(0, 40, "a"), (40, 80, "a"), (80, 90, "a")]
+    late = [(3, 43, "a")]
+    source = ListedSource([session("one", segments, 90), session("two", late, 43), session("three", late, 50)])
+    result = split(ClipStore.open(source, tmp_path), 0, min_clips=2)
+    # The third segment of "one" is too short to be a clip.
+    assert only_clips(result) == [(0, 6, 40), (34, 40, 80), (0, 6, 43), (0, 6, 43)]
+
+
+def test_windows_are_consecutive_and_a_short_rest_is_dropped() -> None:
+    clip = Clip(sequence=0, segment=1, start=100, stop=350, initial_start=94)
+    parts = clip.windows(max_frames=100, min_frames=20)
+    assert [(part.initial_start, part.start, part.stop) for part in parts] == [
+        (94, 100, 200),
+        (194, 200, 300),
+        (294, 300, 350),
+    ]
+    assert len(clip.windows(max_frames=100, min_frames=51)) == 2
+    assert clip.windows(max_frames=250, min_frames=20) == [clip]
