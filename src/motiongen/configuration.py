@@ -133,8 +133,8 @@ def _values(override: Override) -> list[str]:
     if not isinstance(value, Sweep | Glob):
         return [str(override.input_line)]
     key = override.get_key_element()
+    names = [option.name for option in options() if option.group == override.key_or_group]
     if isinstance(value, Glob):
-        names = [option.name for option in options() if option.group == override.key_or_group]
         matches = value.filter(names)
         if not matches:
             raise ConfigurationError(f"{override.input_line}: no option matches\n{_list('options', names)}")
@@ -142,6 +142,9 @@ def _values(override: Override) -> list[str]:
     if isinstance(value, IntervalSweep):
         return [f"{key}={value.start}", f"{key}={value.end}"]
     values = list(override.sweep_string_iterator())
+    for name in values if names else []:  # told before anything is composed, however long the sweep
+        if name not in names and not name.startswith("["):
+            raise ConfigurationError(_missing_option(f"{override.key_or_group}/{name}", ""))
     if override.is_range_sweep():
         values = [values[0], values[-1]]
     return [f"{key}={value}" for value in values]

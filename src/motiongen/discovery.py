@@ -83,7 +83,7 @@ def module_path(name: str) -> Path | None:
     if spec is None:
         return None
     if spec.submodule_search_locations is None:
-        return Path(spec.origin) if spec.origin and not rest else None
+        return Path(spec.origin) if spec.has_location and spec.origin and not rest else None
     for location in spec.submodule_search_locations:
         path = Path(location).joinpath(*rest)
         if path.is_dir():

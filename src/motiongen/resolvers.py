@@ -83,7 +83,8 @@ def run_name(*, _root_: Container) -> str:
     for override in hydra.overrides.task:
         key, _, value = override.lstrip("+~").partition("=")
         if key.split(".")[0] not in SHOWN_ELSEWHERE and key not in SHOWN_ELSEWHERE:
-            parts.append(f"{re.split('[./]', key)[-1]}={value}")
+            place = key.replace("/", ".").removeprefix("generator.")
+            parts.append(f"{place}={value.strip('[]').replace(',', '+') or 'none'}")
     readable = re.sub(r"[^\w.=,+-]+", "_", "-".join(parts)).strip("_.")
     return readable[:LONGEST_RUN_NAME]
 

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+LIMIT = 2.0
+"""Seconds within which the command line answers. Its processor time is measured: it waits for nothing, and the wall time
+of a test also tells what else the machine does."""
+
+
+def motiongen(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "motiongen", *arguments],
+        cwd=folder,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+ANSWERS = [
+    (["--help"], 0, "+experiment=marionette"),
+    (["task=list"], 0, "reverse_positional_encoding"),
+    ([], 1, "needs an experiment"),
+    (["+experiment=marionette", "generator/encoder=nonsense"], 1, "there is no such option"),
+    (["+experiment=marionette", "generator.encoder.layrs=2"], 1, "did you mean 'generator.encoder.layers'?"),
+    (["+experiment=marionette", "generator.encoder.dropout=7"], 1, "a number from 0 to 1"),
+    (["+experiment=marionette", "data=bandai", "data.source.root=/nowhere"], 1, "/nowhere does not exist"),
+    (["-m", "+experiment=marionette", "seed=0,1", "generator/encoder=condition_encoder,nonsense"], 1, "nonsense"),
+    (["task=evaluate", "run=."], 1, "is not the folder of a run"),
+    (["resume=."], 1, "is not the folder of a run"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "code", "told"), ANSWERS)
+def test_answers_at_once_and_leaves_nothing_behind(tmp_path: Path, arguments: list[str], code: int, told: str) -> None:
+    seconds = []
+    for _ in range(3):
+        before = os.times()
+        answer = motiongen(tmp_path, *arguments)
+        after = os.times()
+        seconds.append(after.children_user + after.children_system - before.children_user - before.children_system)
+        if seconds[-1] < LIMIT:
+            break
+    assert answer.returncode == code, answer.stderr
+    assert told in (answer.stderr if code else answer.stdout)
+    assert "Traceback" not in answer.stderr
+    assert list(tmp_path.iterdir()) == []
+    assert min(seconds) < LIMIT
+
+
+def test_flags_may_stand_anywhere(tmp_path: Path) -> None:
+    answer = motiongen(tmp_path, "+experiment=marionette", "-m", "generator.encoder.dropout=0.1,7")
+    assert "generator.encoder.dropout=7" in answer.stderr
+
+
+def test_nothing_heavy_is_imported_for_an_answer(tmp_path: Path) -> None:
+    answer = motiongen(tmp_path, "+experiment=marionette", "generator.encoder.dropout=7", PYTHONPROFILEIMPORTTIME="1")
+    modules = {
+        line.rpartition("|")[2].strip() for line in answer.stderr.splitlines() if line.startswith("import time:")
+    }
+    assert "motiongen.configuration" in modules
+    assert not modules & {"torch", "pytorch_lightning", "mlflow", "numpy", "optuna"}
+
+
+def test_cfg_prints_the_configuration_without_running_it(tmp_path: Path) -> None:
+    answer = motiongen(tmp_path, "+experiment=marionette", "seed=5", "--cfg", "job")
+    assert answer.returncode == 0
+    assert "seed: 5" in answer.stdout
+    assert "ConditionEncoder" in answer.stdout
+
+
+TINY = ["task=prepare", "data.source.sessions=4", "data.min_clips=2"]
+
+
+def test_every_run_has_a_folder_named_by_what_ran(tmp_path: Path) -> None:
+    answer = motiongen(tmp_path, "-m", *TINY, "seed=0,1", MOTIONGEN_CACHE=str(tmp_path / "cache"))
+    assert answer.returncode == 0, answer.stderr
+    (sweep,) = (tmp_path / "runs" / "multirun").iterdir()
+    names = sorted(path.name.partition("-data.")[0] for path in sweep.iterdir() if path.is_dir())
+    assert names == ["0-prepare-builtin-small-s0", "1-prepare-builtin-small-s1"]
+    assert (tmp_path / "cache").is_dir()
+
+
+def test_wrong_data_is_told_without_a_trace(tmp_path: Path) -> None:
+    (tmp_path / "data").mkdir()
+    answer = motiongen(
+        tmp_path, "task=prepare", "data=bandai", "data.source.root=data", MOTIONGEN_CACHE=str(tmp_path / "cache")
+    )
+    assert answer.returncode == 1
+    assert answer.stderr.splitlines()[-1].startswith("motiongen: ")
+    assert "Traceback" not in answer.stderr
