@@ -29,14 +29,16 @@ def test_interpolation_does_not_overshoot() -> None:
     index = np.clip(np.searchsorted(times, at, side="right") - 1, 0, 38)
     low, high = np.minimum(values[index], values[index + 1]), np.maximum(values[index], values[index + 1])
     curve = interpolate(times, values, at)
-    assert (curve >= low - 1e-12).all() and (curve <= high + 1e-12).all()
+    assert (curve >= low - 1e-12).all()
+    assert (curve <= high + 1e-12).all()
 
 
 def test_ease_is_flat_at_its_ends() -> None:
     np.testing.assert_allclose(ease(np.array([-1.0, 2.0, 3.0, 4.0, 9.0]), 2.0, 4.0), [0, 0, 0.5, 1, 1])
     step = 1e-4
     slope = np.diff(ease(np.array([2.0, 2.0 + step, 4.0 - step, 4.0]), 2.0, 4.0)) / step
-    assert abs(slope[0]) < 1e-6 and abs(slope[2]) < 1e-6
+    assert abs(slope[0]) < 1e-6
+    assert abs(slope[2]) < 1e-6
 
 
 def test_smoothing_keeps_constants_and_the_mean_of_a_line() -> None:

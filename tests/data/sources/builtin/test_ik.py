@@ -62,4 +62,5 @@ def test_arms_are_mirror_images() -> None:
 def test_a_bent_elbow_points_forward_and_up() -> None:
     joints = pose(1, left_elbow=90.0)[0]
     forearm = joints[JOINT["left_wrist"]] - joints[JOINT["left_elbow"]]
-    assert forearm[1] < -0.2 and abs(forearm[2]) < 0.01
+    assert forearm[1] < -0.2
+    assert abs(forearm[2]) < 0.01

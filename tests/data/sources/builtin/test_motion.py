@@ -17,9 +17,9 @@ BALL_HEIGHT = body.ANKLE_HEIGHT + body.BALL[1]
 
 
 def standing(take: Take) -> Tensor:
-    """(T, 4) whether an ankle or ball is as low as in a flat foot, within half a centimetre; order of FEET."""
+    """(T, 4) whether an ankle or ball is as low as in a flat foot, within 3 mm; order of FEET."""
     heights = take.joints[:, FEET, 2]
-    return heights < torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2) + 0.005
+    return heights < torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2) + 0.003
 
 
 def test_feet_in_contact_stay(takes: tuple[Take, ...]) -> None:
@@ -29,8 +29,7 @@ def test_feet_in_contact_stay(takes: tuple[Take, ...]) -> None:
         moved = take.joints[1:, FEET].sub(take.joints[:-1, FEET]).norm(dim=-1)
         speeds.append(moved[touching[1:] & touching[:-1]])
     speed = torch.cat(speeds)
-    assert (speed < 0.01).double().mean() > 0.9995
-    assert speed.max() < 0.012
+    assert speed.max() < 0.01
 
 
 def test_feet_stay_above_the_floor(takes: tuple[Take, ...]) -> None:
@@ -51,8 +50,10 @@ def test_knees_and_elbows_are_hinges_within_their_limits(takes: tuple[Take, ...]
             knee, elbow = take.local[:, JOINT[f"{side}_knee"]], take.local[:, JOINT[f"{side}_elbow"]]
             flexion = torch.rad2deg(torch.atan2(knee[:, 2, 1], knee[:, 1, 1]))
             bend = torch.rad2deg(inward * torch.atan2(elbow[:, 0, 2], elbow[:, 0, 0]))
-            assert -6 < flexion.min() and flexion.max() < 145
-            assert 0 <= bend.min() and bend.max() <= 146
+            assert flexion.min() > -6
+            assert flexion.max() < 145
+            assert bend.min() >= 0
+            assert bend.max() <= 146
             assert (knee[:, :, 0] - torch.tensor([1.0, 0, 0])).abs().max() < 1e-5
             assert (elbow[:, :, 1] - torch.tensor([0, 1.0, 0])).abs().max() < 1e-5
 
@@ -81,7 +82,8 @@ def test_sitting_is_at_the_height_of_a_chair(takes: tuple[Take, ...]) -> None:
     for take in takes:
         for part in take.of("sit"):
             height = take.joints[part, 0, 2]
-            assert 0.43 < height.min() and height.max() < 0.53
+            assert height.min() > 0.43
+            assert height.max() < 0.53
         for part in (*take.of("sit down"), *take.of("stand up")):
             feet = take.joints[part][-15:, FEET]
             assert (feet - feet[:1]).norm(dim=-1).max() < 0.02
@@ -95,7 +97,8 @@ def test_turns_turn_on_the_spot(takes: tuple[Take, ...]) -> None:
             angles.append(np.rad2deg(yaw[-1] - yaw[0]))
             assert (take.joints[part, 0, :2] - take.joints[part][0, 0, :2]).norm(dim=-1).max() < 0.35
     size = np.abs(angles)
-    assert 50 < size.min() and size.max() < 190
+    assert size.min() > 50
+    assert size.max() < 190
     assert 0.25 < np.mean(np.array(angles) > 0) < 0.75
 
 

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from itertools import islice
+from itertools import islice, pairwise
 
 import pytest
 import torch
@@ -43,7 +43,7 @@ def test_segments_touch_and_the_first_has_a_predecessor(corpus: tuple[Sequence, 
     for sequence in corpus:
         parts = sequence.segments
         assert parts[0].start >= 6
-        assert all(before.stop == after.start for before, after in zip(parts, parts[1:], strict=False))
+        assert all(before.stop == after.start for before, after in pairwise(parts))
         assert parts[-1].stop == len(sequence.features)
         assert all(20 <= part.stop - part.start <= 130 for part in parts)
         assert sequence.features.dtype == torch.float32

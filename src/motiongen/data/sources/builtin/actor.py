@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from motiongen.data.sources.builtin import body
+from motiongen.data.sources.builtin.curves import Array
 from motiongen.data.sources.builtin.score import ARM, FPS, SIDES, TRUNK, Score
 from motiongen.data.sources.builtin.subjects import Subject
 
@@ -44,7 +45,7 @@ class Actor:
         return self.score.last("heading")
 
     @property
-    def place(self) -> np.ndarray:
+    def place(self) -> Array:
         """Where the pelvis will be over the floor (2,)."""
         return np.array([self.score.last("x"), self.score.last("y")])
 
@@ -107,16 +108,16 @@ class Actor:
         for channel, value in self.idle.items():
             self.score.key(time, channel, value)
 
-    def foot(self, side: str) -> np.ndarray:
+    def foot(self, side: str) -> Array:
         """Where a foot will stand (2,)."""
         return np.array([self.score.last(f"{side}_foot_x"), self.score.last(f"{side}_foot_y")])
 
-    def between_feet(self, weight: float = 0.0) -> np.ndarray:
+    def between_feet(self, weight: float = 0.0) -> Array:
         """A point (2,) over the line of the feet: 0 in the middle, +1 over the strong foot, -1 over the weak one."""
         strong, weak = self.foot(self.strong), self.foot(self.weak)
         return (strong + weak) / 2 + weight * (strong - weak) / 2
 
-    def move(self, time: float, point: np.ndarray, forward: float = 0.0, height: float = 0.0) -> None:
+    def move(self, time: float, point: Array, forward: float = 0.0, height: float = 0.0) -> None:
         """Key the pelvis over a point of the floor, `forward` metres before it, `height` above standing."""
         x, y = ground(point, self.heading, forward, 0.0)
         self.score.key(time, "x", x)
@@ -128,7 +129,7 @@ class Actor:
         side: str,
         start: float,
         stop: float,
-        target: np.ndarray,
+        target: Array,
         yaw: float,
         lift: float = 0.05,
         heel: float = 22.0,
@@ -145,7 +146,7 @@ class Actor:
             self.score.key(start + share * span, foot + "lift", height)
             self.score.key(start + share * span, foot + "pitch", pitch)
 
-    def stance(self, side: str, point: np.ndarray, heading: float) -> np.ndarray:
+    def stance(self, side: str, point: Array, heading: float) -> Array:
         """Where a foot stands (2,) when the pelvis rests over a point."""
         return np.array(ground(point, heading, 0.0, self.outward(side) * self.subject.stance_width))
 
@@ -181,7 +182,7 @@ class Actor:
         return round(self.time * FPS)
 
 
-def ground(origin: np.ndarray, heading: float, forward: float, left: float) -> tuple[float, float]:
+def ground(origin: Array, heading: float, forward: float, left: float) -> tuple[float, float]:
     """A point of the floor seen from another one; heading in degrees, 0 faces -y, positive turns left."""
     angle = np.deg2rad(heading)
     x = origin[0] + forward * np.sin(angle) + left * np.cos(angle)

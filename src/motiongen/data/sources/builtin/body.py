@@ -38,7 +38,7 @@ SHANK = np.array(_OFFSETS["ankle"])
 HIP = np.array(_OFFSETS["hip"])
 HIP_TO_ANKLE = float(np.linalg.norm(THIGH) + np.linalg.norm(SHANK))
 """The longest reach of a leg, metres."""
-STANDING_HEIGHT = ANKLE_HEIGHT - THIGH[1] - SHANK[1] - HIP[1]
+STANDING_HEIGHT = float(ANKLE_HEIGHT - THIGH[1] - SHANK[1] - HIP[1])
 """The pelvis above the floor with straight legs, metres."""
 
 

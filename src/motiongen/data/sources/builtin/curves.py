@@ -61,4 +61,5 @@ def slow_noise(generator: np.random.Generator, times: Array, cycles: tuple[float
     """A sum of five sines of random phase between two frequencies (Hz), with about unit standard deviation."""
     frequency = np.exp(generator.uniform(np.log(cycles[0]), np.log(cycles[1]), 5))
     phase = generator.uniform(0, 2 * np.pi, 5)
-    return np.sin(2 * np.pi * frequency * times[:, None] + phase).sum(axis=1) * np.sqrt(2 / 5)
+    noise: Array = np.sin(2 * np.pi * frequency * times[:, None] + phase).sum(axis=1) * np.sqrt(2 / 5)
+    return noise

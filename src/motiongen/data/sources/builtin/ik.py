@@ -119,7 +119,8 @@ def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
 
 def _hip(pelvis: Array, position: Array, side: str) -> Array:
     offset = body.HIP * np.array([1.0 if side == "left" else -1.0, 1.0, 1.0])
-    return position + pelvis @ offset
+    hip: Array = position + pelvis @ offset
+    return hip
 
 
 def _missing_reach(hip: Array, ankle: Array, lift: Array) -> Array:
@@ -127,12 +128,14 @@ def _missing_reach(hip: Array, ankle: Array, lift: Array) -> Array:
     offset = hip - ankle
     flat = np.linalg.norm(offset[:, [0, 2]], axis=-1)
     highest = np.sqrt(np.maximum((FULL_REACH * body.HIP_TO_ANKLE) ** 2 - flat**2, 0.3**2))
-    return (1 - ease(lift, 0.0, 0.03)) * np.maximum(offset[:, 1] - highest, 0.0)
+    missing: Array = (1 - ease(lift, 0.0, 0.03)) * np.maximum(offset[:, 1] - highest, 0.0)
+    return missing
 
 
 def _widened(values: Array) -> Array:
     """The largest value of the seven frames around each, so that smoothing does not fall short of a peak."""
-    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="edge"), 7).max(axis=-1)
+    largest: Array = np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="edge"), 7).max(axis=-1)
+    return largest
 
 
 def _leg(
@@ -150,8 +153,9 @@ def _leg(
     line = ankle - hip
     distance = np.linalg.norm(line, axis=-1)
     line = line / distance[:, None]
-    # Near full length the leg gives way softly, so that the knee does not snap.
-    soft, full = 0.99 * body.HIP_TO_ANKLE, 0.9985 * body.HIP_TO_ANKLE
+    # Near full length the leg gives way softly, so that the knee does not snap; earlier when the foot is in the air.
+    air = ease(curves[f"{side}_foot_lift"], 0.0, 0.08)
+    soft, full = (0.99 - 0.08 * air) * body.HIP_TO_ANKLE, (0.9985 - 0.02 * air) * body.HIP_TO_ANKLE
     beyond = np.maximum(distance - soft, 0.0)
     distance = np.where(distance > soft, full - (full - soft) * np.exp(-beyond / (full - soft)), distance)
     thigh, shank = np.linalg.norm(body.THIGH), np.linalg.norm(body.SHANK)

@@ -13,7 +13,7 @@ from motiongen.data.sources.builtin.actions.gestures import kick, punch, throw, 
 from motiongen.data.sources.builtin.actions.locomotion import gait
 from motiongen.data.sources.builtin.actions.posture import jump, sit, sit_down, stand, stand_up
 from motiongen.data.sources.builtin.actor import Actor
-from motiongen.data.sources.builtin.curves import slow_noise
+from motiongen.data.sources.builtin.curves import Array, slow_noise
 from motiongen.data.sources.builtin.ik import solve
 from motiongen.data.sources.builtin.score import FPS, SIDES, TRUNK
 from motiongen.data.sources.builtin.subjects import Subject
@@ -90,7 +90,7 @@ def _perform(actor: Actor, tags: list[str]) -> list[tuple[str, float]]:
     return ends
 
 
-def _breathe(curves: dict[str, np.ndarray], subject: Subject, generator: np.random.Generator) -> None:
+def _breathe(curves: dict[str, Array], subject: Subject, generator: np.random.Generator) -> None:
     """Breath, and the small slow motion that a living body never stops."""
     time = np.arange(len(curves["x"])) / FPS
     breath = np.sin(2 * np.pi * (generator.uniform(0.22, 0.34) * time + generator.uniform()))

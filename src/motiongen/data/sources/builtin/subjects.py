@@ -46,25 +46,27 @@ def cast(seed: int, count: int) -> tuple[Subject, ...]:
         places = (generator.permutation(count) + generator.uniform(0.1, 0.9, count)) / count
         return [float(value) for value in low + (high - low) * places]
 
+    traits = {
+        "tempo": spread(0.86, 1.16),
+        "amplitude": spread(0.80, 1.18),
+        "slouch": spread(-2.0, 13.0),
+        "arm_carry": spread(4.0, 13.0),
+        "elbow_carry": spread(8.0, 24.0),
+        "stance_width": spread(0.075, 0.115),
+        "toe_out": spread(2.0, 13.0),
+        "stride": spread(0.86, 1.12),
+        "sway": spread(0.7, 1.3),
+        "bounce": spread(0.7, 1.3),
+        "knee_bend": spread(0.002, 0.010),
+        "stiffness": spread(0.0, 0.5),
+        "restless": spread(0.6, 1.4),
+        "chin": spread(-3.0, 6.0),
+    }
     return tuple(
-        Subject(f"subject_{index:02d}", *traits[:2], index % 4 != 3, *traits[2:])
-        for index, traits in enumerate(
-            zip(
-                spread(0.86, 1.16),
-                spread(0.80, 1.18),
-                spread(-2.0, 13.0),
-                spread(4.0, 13.0),
-                spread(8.0, 24.0),
-                spread(0.075, 0.115),
-                spread(2.0, 13.0),
-                spread(0.86, 1.12),
-                spread(0.7, 1.3),
-                spread(0.7, 1.3),
-                spread(0.002, 0.010),
-                spread(0.0, 0.5),
-                spread(0.6, 1.4),
-                spread(-3.0, 6.0),
-                strict=True,
-            )
+        Subject(
+            name=f"subject_{index:02d}",
+            right_handed=index % 4 != 3,
+            **{trait: values[index] for trait, values in traits.items()},
         )
+        for index in range(count)
     )

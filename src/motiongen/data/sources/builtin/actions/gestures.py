@@ -13,17 +13,14 @@ def wave_hand(actor: Actor) -> None:
     actor.begin()
     start = actor.time
     small = actor.chance(0.35)
-    raised = (
-        {"strong_flex": 38.0, "strong_abduct": 22.0, "strong_rotate": -38.0, "strong_elbow": 112.0, "strong_shrug": 2.0}
-        if small
-        else {
-            "strong_flex": 22.0,
-            "strong_abduct": 74.0,
-            "strong_rotate": -80.0,
-            "strong_elbow": 92.0,
-            "strong_shrug": 6.0,
-        }
-    )
+    high = 0.0 if small else actor.uniform(0.0, 1.0)
+    raised = {
+        "strong_flex": 38.0 if small else 22.0 + 6.0 * high,
+        "strong_abduct": 22.0 if small else 72.0 + 48.0 * high,
+        "strong_rotate": -38.0 if small else -80.0 + 6.0 * high,
+        "strong_elbow": 112.0 if small else 92.0 - 42.0 * high,
+        "strong_shrug": 2.0 if small else 6.0,
+    }
     trunk = {"spine_roll": -3.0, "spine_twist": -4.0, "head_roll": 5.0, "head_twist": 3.0, "head_pitch": -2.0}
     actor.move(start + 0.5, actor.between_feet(-0.3), height=-0.004)
     # The elbow leads the hand up.
@@ -41,8 +38,8 @@ def wave_hand(actor: Actor) -> None:
         actor.pose(
             time,
             {
-                "strong_rotate": raised["strong_rotate"] - 24.0 * out * width * fade,
-                "strong_elbow": raised["strong_elbow"] - 13.0 * out * width * fade,
+                "strong_rotate": raised["strong_rotate"] - (24.0 - 14.0 * high) * out * width * fade,
+                "strong_elbow": raised["strong_elbow"] - (13.0 + 10.0 * high) * out * width * fade,
                 "strong_abduct": raised["strong_abduct"] + 3.0 * out * width,
                 "strong_flex": raised["strong_flex"],
                 "strong_shrug": raised["strong_shrug"],
@@ -193,7 +190,7 @@ def kick(actor: Actor) -> None:
     actor.begin()
     actor.square_up()
     start, heading, score = actor.time, actor.heading, actor.score
-    height = actor.uniform(0.42, 0.82) * min(actor.subject.amplitude, 1.1)
+    height = actor.uniform(0.48, 0.84) * min(actor.subject.amplitude, 1.1)
     load, chamber = actor.seconds(0.34, 0.44), actor.seconds(0.28, 0.34)
     snap, recoil, down = actor.seconds(0.23, 0.28), actor.seconds(0.24, 0.30), actor.seconds(0.34, 0.42)
     foot, side = f"{actor.strong}_foot_", actor.outward(actor.strong)
@@ -225,12 +222,12 @@ def kick(actor: Actor) -> None:
     # The leg ends almost straight: the foot is put at 96 % of its length from the hip.
     below = actor.standing + body.HIP[1] - body.ANKLE_HEIGHT - height
     place(hit, 0.02 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height, -6.0)
-    place(hit + 0.05, 0.01 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height - 0.01, -8.0)
+    place(hit + 0.07, 0.01 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height - 0.01, -8.0)
     actor.move(hit, support, forward=0.05, height=-0.012)
-    actor.pose(hit, {"pelvis_pitch": -17.0 * lean, "spine_pitch": 10.0, "pelvis_twist": 13.0, "spine_twist": -18.0})
+    actor.pose(hit, {"pelvis_pitch": -20.0 * lean, "spine_pitch": 5.0, "pelvis_twist": 13.0, "spine_twist": -18.0})
     actor.pose(hit, {"strong_flex": -26.0, "strong_abduct": 32.0, "strong_elbow": 44.0})
     actor.pose(hit, {"weak_flex": 46.0, "weak_abduct": 20.0, "weak_elbow": 74.0})
-    back = hit + 0.05 + recoil
+    back = hit + 0.07 + recoil
     place(back, 0.16, 0.03, 0.16 + 0.36 * height, -32.0)
     actor.move(back, 0.95 * support + 0.05 * home, height=-0.025)
     actor.pose(back, {"pelvis_pitch": -4.0 * lean, "spine_pitch": 13.0, "pelvis_twist": 2.0, "spine_twist": -4.0})

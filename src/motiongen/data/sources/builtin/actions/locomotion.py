@@ -112,7 +112,7 @@ class _Gait:
             score.key(self.start + frame / FPS, "y", self.path[now, 1])
             score.key(self.start + frame / FPS, "heading", self.heading[now])
 
-    def _landing(self, step: int) -> tuple[np.ndarray, float]:
+    def _landing(self, step: int) -> tuple[Array, float]:
         """Place (2,) and heading of the foot that lands at a phase: under the pelvis at the middle of its stance."""
         side = self.order[step % 2]
         pace = self.at(step, self.pace)
@@ -121,7 +121,7 @@ class _Gait:
         heading = self.at(step + 0.3, self.heading)
         settled = float(ease(middle, self.steps - 1.2, self.steps))
         width = self.actor.subject.stance_width * ((0.85 - 0.35 * pace) * (1 - settled) + settled)
-        ahead = 0.02 * (1 - settled)
+        ahead = (0.02 - 0.06 * pace) * (1 - settled)
         return np.array(ground(point, heading, ahead, self.actor.outward(side) * width)), heading
 
     def _feet(self, side: str, index: int) -> None:
@@ -151,7 +151,7 @@ class _Gait:
             key(off + 0.40 * swing, lift=high, pitch=-push * (0.55 + 0.25 * pace))
             key(off + 0.75 * swing, lift=0.6 * high if pace > 0.5 else 0.022, pitch=0.4 * strike)
             # The foot arrives before it touches, so that it does not slide into its stance.
-            key(landing - 0.06 * swing, x=target[0], y=target[1], yaw=heading + self.actor.toe_out(side))
+            key(landing - 0.06 * (1 - pace) * swing, x=target[0], y=target[1], yaw=heading + self.actor.toe_out(side))
             key(landing, lift=0.0, pitch=strike)
             key(landing + 0.16, pitch=0.0)
             landing += 2
@@ -169,7 +169,7 @@ class _Gait:
             -(1 - pace) * 0.017 * np.cos(strides) - pace * 0.036 * np.cos(2 * np.pi * (phase - 0.36))
         )
         lean = wide * pace
-        self._layer("height", envelope * (bounce - 0.016 * (1 - pace) - 0.045 * pace))
+        self._layer("height", envelope * (bounce - 0.010 * (1 - pace) - 0.060 * pace))
         left = np.stack([np.cos(np.deg2rad(self.heading)), np.sin(np.deg2rad(self.heading))], axis=-1)
         sway = subject.sway * envelope * side * stance * (0.030 - 0.016 * pace)
         self._layer("x", sway * left[:, 0])
@@ -177,10 +177,10 @@ class _Gait:
         twist = -side * swing * wide * (6.0 + 3.0 * pace)
         self._layer("pelvis_twist", twist)
         self._layer("pelvis_roll", side * stance * wide * subject.sway * (4.0 - 0.5 * pace))
-        self._layer("pelvis_pitch", 2.5 * wide + 5.0 * lean)
+        self._layer("pelvis_pitch", 2.0 * wide + 7.0 * lean)
         self._layer("spine_twist", -twist * (2.2 - 0.8 * subject.stiffness))
         self._layer("spine_roll", -side * stance * wide * subject.sway * 3.5)
-        self._layer("spine_pitch", 6.0 * lean + 1.2 * wide * np.cos(strides))
+        self._layer("spine_pitch", 9.0 * lean + 1.2 * wide * np.cos(strides))
         self._layer("head_pitch", -2.0 * lean)
         for arm in SIDES:
             own = side * actor.outward(arm)

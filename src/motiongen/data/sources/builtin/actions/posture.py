@@ -66,7 +66,7 @@ def jump(actor: Actor) -> None:
     actor.pose(off + 0.5 * flight, {"pelvis_pitch": 10.0 * reach, "spine_pitch": 6.0, "head_pitch": 4.0})
 
     # The pelvis flies on a parabola from toe-off, with straight legs on raised heels, to touch-down with bent ones.
-    tall = 0.085
+    tall = 0.070
     fly = np.linspace(0.0, 1.0, max(4, round(flight * FPS)))
     for share in fly:
         time = off + share * flight
