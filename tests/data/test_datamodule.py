@@ -82,8 +82,9 @@ def test_test_batches_hold_all_test_windows_and_never_change(tmp_path: Path) -> 
 def test_the_fingerprint_tells_what_is_trained_and_tested_on(tmp_path: Path) -> None:
     prints = {data(tmp_path / str(index)).fingerprint for index in range(2)}
     assert len(prints) == 1
-    others = [data(tmp_path, seed=1), data(tmp_path, max_frames=50), data(tmp_path, draws=2)]
-    assert len(prints | {other.fingerprint for other in others}) == 4
+    others = [data(tmp_path, seed=1), data(tmp_path, max_frames=50)]
+    assert len(prints | {other.fingerprint for other in others}) == 3
+    assert data(tmp_path, draws=2).fingerprint in prints, "the same windows may be drawn, only more often"
 
 
 def test_windows_that_cannot_be_cut_are_refused(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ class MotionData:
         sides = [
             [(c.sequence, c.segment, c.start, c.stop) for c in side] for side in (self.split.train, self.split.test)
         ]
-        windows = [self._seed, self._max_frames, self._min_frames, self._draws]
+        windows = [self._seed, self._max_frames, self._min_frames]
         parts = [self.store.fingerprint, self.tags, sides, windows]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
+from motiongen.data.sources.files import is_finite
 
 
 def read_amc(path: Path, widths: Mapping[str, int]) -> dict[str, Tensor]:
@@ -23,46 +24,45 @@ def read_amc(path: Path, widths: Mapping[str, int]) -> dict[str, Tensor]:
         DataError: a frame is out of order, lacks a bone, or has another number of values or values that are not finite
             numbers; the message names the file, the line and the bone.
     """
-    frames: list[dict[str, list[float]]] = []
+    rows: dict[str, list[str]] = {bone: [] for bone in widths}
+    places: dict[str, list[int]] = {bone: [] for bone in widths}
+    frames = 0
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     for number, line in enumerate(lines, start=1):
-        words = line.split()
-        if not words or words[0][0] in "#:":
-            continue
-        if len(words) == 1 and words[0].isdigit():
-            _check_complete(path, number, frames, widths)
-            if int(words[0]) != len(frames) + 1:
-                raise DataError(f"{path}:{number}: frame {words[0]} follows frame {len(frames)}")
-            frames.append({})
-        elif not frames:
-            raise DataError(f"{path}:{number}: {words[0]!r} before the first frame's number")
-        elif words[0] in widths:
-            frames[-1][words[0]] = _values(path, number, words, widths[words[0]])
-    _check_complete(path, len(lines), frames, widths)
+        bone, _, values = line.strip().partition(" ")
+        if bone in rows:
+            rows[bone].append(values)
+            places[bone].append(number)
+        elif bone.isdigit() and not values:
+            _check_complete(path, number, rows, frames)
+            frames += 1
+            if int(bone) != frames:
+                raise DataError(f"{path}:{number}: frame {bone} follows frame {frames - 1}")
+    _check_complete(path, len(lines), rows, frames)
     if not frames:
         raise DataError(f"{path}: no frames")
-    return {bone: _table(path, bone, [frame[bone] for frame in frames], width) for bone, width in widths.items()}
+    return {bone: _table(path, bone, rows[bone], places[bone], width) for bone, width in widths.items()}
 
 
-def _values(path: Path, number: int, words: list[str], width: int) -> list[float]:
+def _check_complete(path: Path, number: int, rows: Mapping[str, list[str]], frames: int) -> None:
+    for bone, values in rows.items():
+        if len(values) != frames:
+            what = "missing in" if len(values) < frames else "given twice in, or before,"
+            raise DataError(f"{path}:{number}: {bone}: {what} frame {frames}; is the file damaged or cut?")
+
+
+def _table(path: Path, bone: str, rows: list[str], places: list[int], width: int) -> Tensor:
     try:
-        values = [float(word) for word in words[1:]]
-    except ValueError as error:
-        raise DataError(f"{path}:{number}: {words[0]}: {error}") from None
-    if len(values) != width:
-        raise DataError(f"{path}:{number}: {words[0]}: {len(values)} values, not {width}; is the file cut?")
-    return values
-
-
-def _check_complete(path: Path, number: int, frames: list[dict[str, list[float]]], widths: Mapping[str, int]) -> None:
-    if frames and len(frames[-1]) < len(widths):
-        missing = next(bone for bone in widths if bone not in frames[-1])
-        raise DataError(f"{path}:{number}: {missing}: missing in frame {len(frames)}; is the file cut?")
-
-
-def _table(path: Path, bone: str, rows: list[list[float]], width: int) -> Tensor:
-    values = np.array(rows).reshape(len(rows), width)
-    finite = np.isfinite(values).all(axis=1)
-    if not finite.all():
-        raise DataError(f"{path}: {bone}: a value of frame {int(np.argmin(finite)) + 1} is not finite")
-    return torch.from_numpy(values)
+        values = np.loadtxt(rows, ndmin=2, comments=None)
+    except ValueError:
+        values = np.empty((0, 0))
+    if values.shape == (len(rows), width) and np.isfinite(values).all():
+        return torch.from_numpy(values)
+    for number, row in zip(places, rows, strict=True):
+        words = row.split()
+        if len(words) != width:
+            raise DataError(f"{path}:{number}: {bone}: {len(words)} values, not {width}; is the file cut?")
+        for word in words:
+            if not is_finite(word):
+                raise DataError(f"{path}:{number}: {bone}: {word!r} is no finite number")
+    raise DataError(f"{path}:{places[0]}: {bone}: values cannot be read as numbers")

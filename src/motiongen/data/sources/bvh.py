@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
+from motiongen.data.sources.files import is_finite
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,9 @@ def _hierarchy(path: Path, lines: list[str]) -> list[_Joint]:
             elif word != "HIERARCHY":
                 raise ValueError(f"unexpected {word!r}")
         except (ValueError, IndexError, StopIteration) as error:
-            raise DataError(f"{path}:{number}: HIERARCHY: {word}: {error or 'the section ends too early'}") from error
+            raise DataError(
+                f"{path}:{number}: HIERARCHY: {word}: {str(error) or 'the section ends too early'}"
+            ) from error
     if open_blocks or not joints:
         raise DataError(f"{path}:{len(lines)}: HIERARCHY: the section ends too early")
     return joints
@@ -142,18 +145,11 @@ def _frame_values(path: Path, lines: list[str], first: int, frames: int, channel
         if len(words) != channels:
             raise DataError(f"{path}:{number}: frame {number - first - 1}: {len(words)} values, not {channels}")
         for column, word in enumerate(words):
-            if not _finite(word):
+            if not is_finite(word):
                 raise DataError(
                     f"{path}:{number}: frame {number - first - 1}: value {column}: {word!r} is no finite number"
                 )
     raise DataError(f"{path}:{first + 1}: frames cannot be read as numbers")
-
-
-def _finite(word: str) -> bool:
-    try:
-        return bool(np.isfinite(float(word)))
-    except ValueError:
-        return False
 
 
 def _local_pose(joints: list[_Joint], values: np.ndarray) -> tuple[Tensor, Tensor]:

@@ -87,6 +87,10 @@ class CmuMocap6:
         """The mean of both subjects."""
         return Skeleton(torch.stack([rest.skeleton.offsets for rest in self._rest.values()]).mean(dim=0))
 
+    def skeleton_of(self, name: str) -> Skeleton:
+        """The skeleton of the subject who made a sequence."""
+        return self._rest_of_sequence(name).skeleton
+
     def __len__(self) -> int:
         return len(self._names)
 
@@ -95,13 +99,13 @@ class CmuMocap6:
             local, pelvis = self.pose(name)
             count = len(local)
             local, pelvis = resample(local, pelvis, SOURCE_FPS, FPS)
-            scale = self.skeleton().leg_length / self._rest_for(name).skeleton.leg_length
+            scale = self.skeleton().leg_length / self.skeleton_of(name).leg_length
             segments = self._segments(self._label_file(name), count)
             yield Sequence(name, name, features(local, pelvis * scale), segments)
 
     def pose(self, name: str) -> tuple[Tensor, Tensor]:
         """A sequence at 120 Hz as recorded: local rotations (T, 22, 3, 3), pelvis (T, 3) in metres, z up."""
-        rest = self._rest_for(name)
+        rest = self._rest_of_sequence(name)
         rotations, positions = self._world(name)
         world = torch.stack([rotations[joint] for joint in self._joints], dim=1)
         # SMPL has one joint where this neck has two: it points to the head, whose distance varies by less than 1 cm.
@@ -111,7 +115,7 @@ class CmuMocap6:
         world[:, NECK] = rotation_between(pointing, target) @ world[:, NECK]
         return smpl_pose(world, rest.align, positions[self._joints[PELVIS]])
 
-    def _rest_for(self, name: str) -> _Rest:
+    def _rest_of_sequence(self, name: str) -> _Rest:
         subject = name.split("_")[0]
         if subject not in self._rest:
             raise DataError(f"{self._root / 'skeleton.json'}: joints: no offsets for subject {subject} of {name}")

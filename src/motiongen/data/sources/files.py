@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -42,3 +43,11 @@ def read_json(path: Path) -> Any:
         return json.loads(content)
     except ValueError as error:
         raise DataError(f"{path}: not a JSON file: {error}") from error
+
+
+def is_finite(word: str) -> bool:
+    """Whether a word of a text file is a finite number."""
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
