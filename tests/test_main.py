@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 LIMIT = 2.0
-"""Seconds within which the command line answers. Its processor time is measured: it waits for nothing, and the wall time
-of a test also tells what else the machine does."""
+"""Seconds within which the command line answers, of processor time: it waits for nothing, and wall time would also tell
+what else the machine does."""
 
 
 def motiongen(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
