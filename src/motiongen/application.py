@@ -14,6 +14,7 @@ from omegaconf import DictConfig
 
 from motiongen.configuration import HYDRA_VERSION_BASE, ConfigurationError, check, compose
 from motiongen.discovery import PluginError, core_conf, options
+from motiongen.errors import InputError
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import RunError, completed
 from motiongen.tasks import TASKS
@@ -58,15 +59,12 @@ def _answered(arguments: list[str]) -> bool:
 
 
 def run_task(config: DictConfig) -> None:
-    """What Hydra calls for every job. What is wrong with data or a composition is told without a trace."""
+    """What Hydra calls for every job. What is wrong with files or a composition is told without a trace."""
     try:
         TASKS[config.task.name].run(config)
     except Exception as error:
-        from motiongen.contracts import CompositionError
-        from motiongen.data.roots import DataError
-
         for cause in _causes(error):
-            if isinstance(cause, CompositionError | DataError):
+            if isinstance(cause, InputError):
                 sys.exit(f"motiongen: {cause}")
         raise
 

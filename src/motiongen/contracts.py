@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
 import torch
 from torch import Tensor, nn
 
+from motiongen.errors import InputError
+
 if TYPE_CHECKING:
     from motiongen.generation.embeddings import Embeddings
 
 
-class CompositionError(ValueError):
+class CompositionError(InputError):
     """Stages that were chosen together cannot work together, or one of them would have no effect."""
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from motiongen.errors import InputError
 
-class DataError(ValueError):
+
+class DataError(InputError):
     """A data set that is missing, damaged or not of the promised form; the message names the file and the field."""
 
 

@@ -11,11 +11,12 @@ from pathlib import Path
 import torch
 
 from motiongen.contracts import GeneratorModule
+from motiongen.errors import InputError
 
 FORMAT = 1
 
 
-class CheckpointError(ValueError):
+class CheckpointError(InputError):
     """A file of weights that cannot be read or does not fit; the message names the file and the field."""
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 import pytorch_lightning as pl
 import torch
-from torch import Tensor, nn
-from torch.optim import Optimizer
+from pytorch_lightning.utilities.types import OptimizerLRScheduler
+from torch import Tensor
+from torch.optim.lr_scheduler import LambdaLR
 
 from motiongen.contracts import GeneratorModule, MotionBatch
+from motiongen.generation.optimization import Optimization
 from motiongen.motion.skeleton import Skeleton
 from motiongen.objectives.objective import Objective
 
@@ -31,7 +31,7 @@ class TrainingShell(pl.LightningModule):
         generator: the model.
         objective: its loss.
         skeleton: the mean shape of the data.
-        optimizer: from parameters to an optimizer.
+        optimization: its optimizer and learning rate.
         seed: of every random draw in training.
     """
 
@@ -40,18 +40,20 @@ class TrainingShell(pl.LightningModule):
         generator: GeneratorModule,
         objective: Objective,
         skeleton: Skeleton,
-        optimizer: Callable[[Iterator[nn.Parameter]], Optimizer],
+        optimization: Optimization,
         seed: int,
     ) -> None:
         super().__init__()
         self.generator = generator
         self.objective = objective
         self.skeleton = skeleton
-        self._optimizer = optimizer
+        self._optimization = optimization
         self._seed = seed
 
-    def configure_optimizers(self) -> Optimizer:
-        return self._optimizer(self.generator.parameters())
+    def configure_optimizers(self) -> OptimizerLRScheduler:
+        optimizer = self._optimization.optimizer(self.generator.parameters())
+        epochs = self.trainer.max_epochs or 1
+        return [optimizer], [LambdaLR(optimizer, lambda epoch: self._optimization.factor(epoch / epochs))]
 
     @property
     def progress(self) -> float:

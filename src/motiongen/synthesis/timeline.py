@@ -7,10 +7,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from motiongen.errors import InputError
+
 _ENTRY = re.compile(r"^(?P<tags>.*\S)\s+(?P<seconds>\d+(\.\d+)?)\s*s?$")
 
 
-class TimelineError(ValueError):
+class TimelineError(InputError):
     """A timeline that cannot be read; the message names the entry."""
 
 

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from motiongen.errors import InputError
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.skeleton import JOINTS, PARENTS, Skeleton
 
@@ -23,7 +24,7 @@ Array = NDArray[np.float64]
 FIELDS = ("v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f")
 
 
-class BodyFileError(ValueError):
+class BodyFileError(InputError):
     """A body model file that cannot be used; the message names the file and the field."""
 
 
