@@ -7,6 +7,7 @@ import torch
 
 from motiongen.contracts import MotionBatch
 from motiongen.data.datamodule import MotionData
+from motiongen.errors import InputError
 from tests.data.corpus import ListedSource, session
 
 ROWS = [
@@ -88,5 +89,5 @@ def test_the_fingerprint_tells_what_is_trained_and_tested_on(tmp_path: Path) -> 
 
 
 def test_windows_that_cannot_be_cut_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"data\.max_frames \(10\) is below data\.min_frames \(20\)"):
+    with pytest.raises(InputError, match=r"data\.max_frames \(10\) is below data\.min_frames \(20\)"):
         data(tmp_path, max_frames=10)

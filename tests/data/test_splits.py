@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motiongen.data.roots import DataError
 from motiongen.data.splits import Clip, Split, split
 from motiongen.data.store import ClipStore
 from tests.data.corpus import ListedSource, session
@@ -107,7 +108,7 @@ def test_tags_that_cannot_be_on_both_sides_are_left_out_and_named(
 
 
 def test_a_data_set_that_cannot_be_split_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="no tag has clips on both sides"):
+    with pytest.raises(DataError, match="no tag has clips on both sides"):
         split(store_of([("one", "one", ["walk"] * 9)], tmp_path), 0)
 
 

@@ -15,6 +15,7 @@ from motiongen.data.clips import Source
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
 from motiongen.data.splits import Clip, split
 from motiongen.data.store import ClipStore
+from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
 from motiongen.options import PositiveInt, Share
 
@@ -26,8 +27,8 @@ class MotionData:
     cut into consecutive windows once. The split and every epoch's windows and batches follow from the seed.
 
     Raises:
-        ValueError: `max_frames` below `min_frames`, or no tag that can be on both sides of the split.
-        DataError: the source is missing or damaged.
+        InputError: `max_frames` below `min_frames`.
+        DataError: the source is missing or damaged, or has no tag that can be on both sides of the split.
     """
 
     def __init__(
@@ -45,7 +46,7 @@ class MotionData:
         draws: PositiveInt = 1,
     ) -> None:
         if max_frames < min_frames:
-            raise ValueError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
+            raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
         self.name = source.name
         self.store = ClipStore.open(source, Path(cache))
         self.split = split(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiongen.data.clips import INITIAL_FRAMES
+from motiongen.data.clips import INITIAL_FRAMES, DataError
 from motiongen.data.store import ClipStore
 
 _log = logging.getLogger(__name__)
@@ -77,7 +77,7 @@ def split(
         min_frames: what makes a clip.
 
     Raises:
-        ValueError: no tag can be on both sides.
+        DataError: no tag can be on both sides.
     """
     clips = _clips(store, min_frames)
     tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
@@ -90,7 +90,7 @@ def split(
         left_out |= rare
         tags = tuple(tag for tag in count if tag not in rare)
         if not tags:
-            raise ValueError(f"no tag has clips on both sides of a split: {left_out}")
+            raise DataError(f"no tag has clips on both sides of a split: {left_out}")
         groups: dict[str, list[tuple[str, ...]]] = defaultdict(list)
         for clip, own in zip(clips, tags_of, strict=True):
             kept = tuple(tag for tag in own if tag in tags)
