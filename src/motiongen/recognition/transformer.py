@@ -39,7 +39,7 @@ class TransformerRecognizer(Recognizer):
         heads: PositiveInt = 4,
         layers: PositiveInt = 2,
         feedforward: PositiveInt = 256,
-        dropout: Share = 0.2,
+        dropout: Share = 0.1,
         feature_width: PositiveInt = 64,
     ) -> None:
         super().__init__()
