@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.sessions import session
 from motiongen.data.sources.builtin.subjects import cast
 from motiongen.motion.skeleton import Skeleton
+from motiongen.options import PositiveInt, Range
 
 
 class BuiltinSource:
@@ -31,7 +33,9 @@ class BuiltinSource:
     name = "builtin"
     root_tags = frozenset({"walk", "run", "step", "jump"})
 
-    def __init__(self, *, sessions: int = 72, subjects: int = 12, seed: int = 0) -> None:
+    def __init__(
+        self, *, sessions: PositiveInt = 72, subjects: PositiveInt = 12, seed: Annotated[int, Range(0)] = 0
+    ) -> None:
         for field, value, least in (("sessions", sessions, 1), ("subjects", subjects, 1), ("seed", seed, 0)):
             if value < least:
                 raise DataError(f"data.source.{field}: {value} is below {least}")
