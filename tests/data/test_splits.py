@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motiongen.data.roots import DataError
+from motiongen.data.clips import DataError, Sequence
 from motiongen.data.splits import Clip, Split, split
 from motiongen.data.store import ClipStore
 from tests.data.corpus import ListedSource, session
@@ -34,7 +34,7 @@ def long_sessions(rng: np.random.Generator) -> list[tuple[str, str, list[str]]]:
 
 
 def store_of(rows: list[tuple[str, str, list[str]]], cache: Path) -> ClipStore:
-    def sequence(name: str, group: str, tags: list[str]):  # type: ignore[no-untyped-def]
+    def sequence(name: str, group: str, tags: list[str]) -> Sequence:
         return session(name, [(30 * i, 30 * i + 30, tag) for i, tag in enumerate(tags)], 30 * len(tags), group)
 
     return ClipStore.open(ListedSource([sequence(*row) for row in rows]), cache)
