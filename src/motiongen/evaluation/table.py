@@ -64,8 +64,8 @@ def footnote(evaluation: Evaluation) -> str:
     """What a reader has to know to believe the table."""
     protocol = evaluation.protocol
     return (
-        f"{evaluation.count} test clips (long ones cut into windows), generation seeds {list(protocol.generation_seeds)}; "
-        "mean ± 1.96 std / sqrt(n) over seeds. "
+        f"{evaluation.count} test clips (long ones cut into windows), "
+        f"generation seeds {list(protocol.generation_seeds)}; mean ± 1.96 std / sqrt(n) over seeds. "
         f"Recognizer {evaluation.recognizer_fingerprint[:12]} knows {evaluation.recognizer_accuracy:.3f} of the real "
         f"test clips. FID of systems against the {evaluation.count} real test clips, of real test clips against "
         f"{evaluation.real_fid_count} training clips."
