@@ -66,7 +66,8 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     name = f"package_{abs(hash(str(tmp_path)))}"
     folder = tmp_path / name
     folder.mkdir()
-    (folder / "__init__.py").write_text("from .module import Record\n")
+    (folder / "__init__.py").write_text("from .module import Record\nfrom .hidden import hidden\n")
+    (folder / "hidden.py").write_text("def hidden(): ...\n")
     (folder / "module.py").write_text(SOURCE.replace("package", name))
     (folder / "other.py").write_text("class Renamed:\n    def __init__(self, *, colour: str): ...\n")
     (folder / "broken.py").write_text("def f(:\n")
@@ -98,6 +99,8 @@ def test_targets_that_name_nothing(package: str) -> None:
         signature_of(f"{package}.module.Recrod")
     with pytest.raises(TargetError, match=r"has no module 'modul'; did you mean 'module'\?"):
         signature_of(f"{package}.modul.Record")
+    with pytest.raises(TargetError, match=rf"hides the module; use {package}\.hidden"):
+        signature_of(f"{package}.hidden.hidden")
     with pytest.raises(TargetError, match="there is no module"):
         signature_of("no_such_package.Record")
     with pytest.raises(TargetError, match=r"broken\.py, line 1"):

@@ -12,11 +12,11 @@ import hydra
 from hydra._internal.utils import get_args_parser
 from omegaconf import DictConfig
 
-from motiongen.configuration import HYDRA_VERSION_BASE, ConfigurationError, check, compose
-from motiongen.discovery import PluginError, core_conf, options
+from motiongen.configuration import HYDRA_VERSION_BASE, check, compose
+from motiongen.discovery import core_conf, options
 from motiongen.errors import InputError
 from motiongen.resolvers import register_resolvers
-from motiongen.runs import RunError, completed
+from motiongen.runs import completed
 from motiongen.tasks import TASKS
 from motiongen.usage import help_text
 
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments = completed(arguments)
         if _answered(arguments):
             return
-    except (ConfigurationError, PluginError, RunError) as error:
+    except InputError as error:
         sys.exit(f"motiongen: {error}")
     sys.argv[1:] = arguments
     application = hydra.main(version_base=HYDRA_VERSION_BASE, config_path=str(core_conf()), config_name="config")

@@ -17,6 +17,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from motiongen.data.roots import DataError, check_root
 from motiongen.discovery import core_conf, options, register_search_path
+from motiongen.errors import InputError
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
 from motiongen.suggestions import did_you_mean
@@ -28,7 +29,7 @@ PLACED_AT_THE_TOP = ("experiment", "ablation", "search")
 """Groups whose options are parts of the whole configuration, so that they are added with `+`."""
 
 
-class ConfigurationError(ValueError):
+class ConfigurationError(InputError):
     """What is wrong with a command line or a configuration file, in words for the person who typed it."""
 
 

@@ -19,11 +19,13 @@ from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.plugins import Plugins
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 
+from motiongen.errors import InputError
+
 GROUP = "motiongen.plugins"
 CORE = "motiongen"
 
 
-class PluginError(ValueError):
+class PluginError(InputError):
     """A plugin that cannot be found, or two that offer the same option."""
 
 

@@ -18,7 +18,10 @@ from omegaconf import Container, DictConfig, OmegaConf
 WIDTH_STEP = 8
 """Widths stay multiples of this, so that attention heads divide them."""
 LONGEST_RUN_NAME = 120
-SHOWN_ELSEWHERE = {"task", "experiment", "name", "data", "scale", "seed", "tracker", "cache", "run", "resume"}
+SHOWN_ELSEWHERE = {
+    *("task", "experiment", "name", "data", "scale", "seed"),
+    *("tracker", "cache", "run", "resume", "data.source.root"),
+}
 """Overrides that a run name shows in a place of their own, or that change nothing about what runs."""
 
 
@@ -82,7 +85,7 @@ def run_name(*, _root_: Container) -> str:
     parts.append(f"s{seed}")
     for override in hydra.overrides.task:
         key, _, value = override.lstrip("+~").partition("=")
-        if key.split(".")[0] not in SHOWN_ELSEWHERE and key not in SHOWN_ELSEWHERE:
+        if key not in SHOWN_ELSEWHERE and not key.startswith("tracker."):
             place = key.replace("/", ".").removeprefix("generator.")
             parts.append(f"{place}={value.strip('[]').replace(',', '+') or 'none'}")
     readable = re.sub(r"[^\w.=,+-]+", "_", "-".join(parts)).strip("_.")

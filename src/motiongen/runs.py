@@ -8,6 +8,8 @@ from pathlib import Path
 
 from omegaconf import OmegaConf
 
+from motiongen.errors import InputError
+
 CHECKPOINT = "last.ckpt"
 """What an interrupted run goes on from."""
 GENERATOR_FILE = "generator.pt"
@@ -16,7 +18,7 @@ OVERRIDES = Path(".hydra", "overrides.yaml")
 HYDRA = Path(".hydra", "hydra.yaml")
 
 
-class RunError(ValueError):
+class RunError(InputError):
     """A folder that does not hold what is wanted of it."""
 
 

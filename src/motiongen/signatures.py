@@ -51,8 +51,20 @@ def _split(target: str) -> tuple[str, str]:
             rest = parts[length:]
             if len(rest) > 1 and _source(module) is not None and rest[0] not in _names(module):
                 raise TargetError(f"{module} has no module {rest[0]!r}{did_you_mean(rest[0], _submodules(module))}")
+            _refuse_hidden(parts[:length])
             return module, ".".join(rest)
     raise TargetError(f"there is no module {parts[0]!r}; is the package that offers it installed?")
+
+
+def _refuse_hidden(module: list[str]) -> None:
+    """Raises TargetError where a package takes a name from its module of the same name: the name hides the module."""
+    for length in range(1, len(module)):
+        package, name = ".".join(module[:length]), module[length]
+        tree = _source(package)
+        if tree is not None and _imported(package, tree, name) == (f"{package}.{name}", name):
+            raise TargetError(
+                f"{package} imports {name!r} from its module, which hides the module; use {package}.{name}"
+            )
 
 
 def _find(module: str, name: str, hops: int) -> Signature | None:
