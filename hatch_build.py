@@ -11,7 +11,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class EditablePlugins(BuildHookInterface):
-    """Maps plugins/ to motiongen_plugins: hatchling renames folders in wheels only, `editables` in editable installs."""
+    """Maps plugins/ to motiongen_plugins: hatchling renames folders in wheels, `editables` in editable installs."""
 
     PLUGIN_NAME = "custom"
 
