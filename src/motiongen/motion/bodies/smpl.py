@@ -186,7 +186,11 @@ _PLAIN = {
     ("numpy._core.numeric", "_frombuffer"),
     ("collections", "OrderedDict"),
     ("copyreg", "_reconstructor"),
+    ("copy_reg", "_reconstructor"),
     ("builtins", "object"),
+    ("builtins", "set"),
+    ("__builtin__", "object"),
+    ("__builtin__", "set"),
     ("_codecs", "encode"),
 }
 
