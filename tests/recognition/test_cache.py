@@ -28,6 +28,7 @@ def config(epochs: int = 12) -> dict[str, Any]:
             "_target_": "motiongen.recognition.training.RecognizerTraining",
             "epochs": epochs,
             "batch_size": 8,
+            "epoch_steps": 3,
             "learning_rate": 0.01,
         },
     }

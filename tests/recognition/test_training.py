@@ -1,9 +1,11 @@
 import math
+from pathlib import Path
 
 import pytest
 import torch
 
-from motiongen.recognition.training import RecognizerTraining, smoothed_cross_entropy
+from motiongen.recognition.training import RecognizerTraining, epoch_batches, smoothed_cross_entropy
+from tests.recognition.corpus import three_actions
 
 
 def test_the_tags_of_a_clip_share_its_weight() -> None:
@@ -29,3 +31,12 @@ def test_the_learning_rate_rises_then_falls_to_zero() -> None:
     assert settings.rate(0.5) == pytest.approx(0.25)
     assert settings.rate(1.0) == pytest.approx(0.0)
     assert RecognizerTraining(learning_rate=0.5, warmup=0.0).rate(0.0) == 0.5
+
+
+def test_an_epoch_shows_every_clip_and_a_small_set_more_than_once(tmp_path: Path) -> None:
+    clips = three_actions(tmp_path).train_items()
+    lengths = [
+        sum(len(batch.motion) for batch in epoch_batches(clips, RecognizerTraining(batch_size=7, epoch_steps=steps), 0))
+        for steps in (1, 8)
+    ]
+    assert lengths == [len(clips), 2 * len(clips)] == [24, 48]

@@ -31,6 +31,8 @@ class RecognizerTraining:
     epochs: PositiveInt = 60
     batch_size: PositiveInt = 32
     """Clips in a step: not the generator's batch size, so that all generators are judged by the same recognizer."""
+    epoch_steps: PositiveInt = 16
+    """Steps in an epoch, at least: a data set of few clips is gone through more than once."""
     learning_rate: PositiveFloat = 1e-3
     warmup: Share = 0.1
     """Share of the run in which the learning rate rises."""
@@ -61,7 +63,7 @@ def train(build: RecognizerBuilder, settings: RecognizerTraining, data: MotionDa
         recognizer = build(tags=len(data.tags), skeleton=data.skeleton).train()
         optimizer = torch.optim.AdamW(recognizer.parameters(), lr=0.0, weight_decay=settings.weight_decay)
         for epoch in track(range(settings.epochs), "Training the recognizer"):
-            batches = _batches(clips, settings, epoch)
+            batches = epoch_batches(clips, settings, epoch)
             for step, batch in enumerate(batches):
                 optimizer.param_groups[0]["lr"] = settings.rate((epoch + step / len(batches)) / settings.epochs)
                 motion, mask = settings.augmentation(batch.motion, batch.condition.mask, generator)
@@ -74,10 +76,13 @@ def train(build: RecognizerBuilder, settings: RecognizerTraining, data: MotionDa
     return recognizer.eval()
 
 
-def _batches(clips: MotionDataset, settings: RecognizerTraining, epoch: int) -> DataLoader[Item]:
-    """All clips in batches of similar lengths, shuffled."""
+def epoch_batches(clips: MotionDataset, settings: RecognizerTraining, epoch: int) -> DataLoader[Item]:
+    """All clips in batches of similar lengths, shuffled, as often as an epoch needs."""
     order = np.random.default_rng((settings.seed, epoch))
-    batches = bucketed([len(clip) for clip in clips.clips], settings.batch_size, order)
+    lengths = [len(clip) for clip in clips.clips]
+    batches: list[list[int]] = []
+    while len(batches) < settings.epoch_steps:
+        batches += bucketed(lengths, settings.batch_size, order)
     return DataLoader(clips, batch_sampler=batches, collate_fn=collate, generator=torch.Generator())
 
 
