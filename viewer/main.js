@@ -27,9 +27,13 @@ class Player {
     this.scrubbing();
     this.keyboard();
     const resize = () => this.stage.resize(byId("view").clientWidth, byId("view").clientHeight);
-    new ResizeObserver(resize).observe(byId("view"));
     resize();
     this.select(0);
+    new ResizeObserver(() => {
+      resize();
+      // A resized canvas is empty, and this frame's turn to draw is over.
+      this.stage.draw(this.time);
+    }).observe(byId("view"));
     let last = performance.now();
     const tick = (now) => {
       // The first frame's time stamp may lie before `last`.
