@@ -31,7 +31,7 @@ class RecognizerTraining:
     epochs: PositiveInt = 60
     batch_size: PositiveInt = 32
     """Clips in a step: not the generator's batch size, so that all generators are judged by the same recognizer."""
-    epoch_steps: PositiveInt = 16
+    epoch_steps: PositiveInt = 8
     """Steps in an epoch, at least: a data set of few clips is gone through more than once."""
     learning_rate: PositiveFloat = 1e-3
     warmup: Share = 0.1
