@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import ClassVar
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
-from motiongen.contracts import Condition, Dimensions
+from motiongen.contracts import Condition, Dimensions, QueryMechanism
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
 
 
-class ReversePositionalEncoding(nn.Module):
+class ReversePositionalEncoding(QueryMechanism):
     """Positions T, T-1, ..., 1: every frame knows how many frames are left, so the action ends in time."""
 
     reads: ClassVar[frozenset[str]] = frozenset({"mask"})

@@ -30,7 +30,7 @@ class ScheduledSampling:
         first = decoder(controls, batch.condition, past)
         if progress < self.ratio.start:
             return Prediction(first)
-        # P'_t stands in for P_t from t = 1 on; P_0 is given. The first pass is data for the second, not a path of gradient.
+        # P'_t stands in for P_t from t = 1 on; P_0 is given. To the second pass the first is data, without gradient.
         predicted = torch.cat([past[:, :1], first[:, :-1].detach()], dim=1)
         chosen = torch.rand(past.shape[:2], generator=generator).to(past.device) < self.ratio(progress)
         mixed = torch.where(chosen.unsqueeze(-1), predicted, past)

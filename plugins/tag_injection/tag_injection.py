@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from torch import Tensor, nn
+from torch import Tensor
 
-from motiongen.contracts import Condition, Dimensions
+from motiongen.contracts import Condition, Dimensions, QueryMechanism
 from motiongen.generation.embeddings import Embeddings
 
 
-class TagInjection(nn.Module):
+class TagInjection(QueryMechanism):
     """The embedded current tag, added to every frame's query, so that the tag is not drowned by the context."""
 
     reads: ClassVar[frozenset[str]] = frozenset({"tags"})

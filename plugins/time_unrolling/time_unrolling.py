@@ -50,9 +50,10 @@ class TimeUnrolling(nn.Module):
         if not query:
             raise CompositionError("time_unrolling needs at least one mechanism in generator/unroller/query")
         self.query = nn.ModuleDict({name: build(dimensions, embeddings) for name, build in query.items()})
-        self.branches = nn.ModuleDict({name: build(dimensions, embeddings) for name, build in branches.items()})
+        built = {name: build(dimensions, embeddings) for name, build in branches.items()}
+        self.branches = nn.ModuleDict(built)
         width = dimensions.width
-        remaining = width - sum(branch.width for branch in self.branches.values())
+        remaining = width - sum(branch.width for branch in built.values())
         if remaining <= 0:
             raise CompositionError(f"the branches of time_unrolling leave {remaining} of {width} features to its codes")
         layer = nn.TransformerDecoderLayer(width, heads, feedforward, dropout, activation, batch_first=True)

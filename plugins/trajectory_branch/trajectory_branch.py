@@ -7,13 +7,13 @@ from typing import ClassVar
 import torch
 from torch import Tensor, nn
 
-from motiongen.contracts import Condition, Dimensions
+from motiongen.contracts import Condition, ControlBranch, Dimensions
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
 from motiongen.options import PositiveInt, Share
 
 
-class TrajectoryBranch(nn.Module):
+class TrajectoryBranch(ControlBranch):
     """The path on the floor to frame-level controls: a linear layer, then a Transformer encoder over the frames."""
 
     reads: ClassVar[frozenset[str]] = frozenset({"trajectory", "mask"})

@@ -1,7 +1,7 @@
 """The types that stages exchange, and the protocols that plugins implement.
 
-Shapes: B batch, T frames, F pose features, D latent width, M memory tokens, A tags, K initial frames. Batch first; masks
-are True where a frame is valid; metres, radians, 30 Hz unless the data says otherwise; world z up.
+Shapes: B batch, T frames, F pose features, D latent width, M memory tokens, A tags, K initial frames. Batch first;
+masks are True where a frame is valid; metres, radians, 30 Hz unless the data says otherwise; world z up.
 """
 
 from __future__ import annotations
@@ -144,26 +144,26 @@ class Unroller(Protocol):
     def __call__(self, code: Tensor, condition: Condition) -> Controls: ...
 
 
-class QueryMechanism(Protocol):
+class QueryMechanism(nn.Module):
     """One summand of an unroller's query."""
 
     reads: ClassVar[frozenset[str]]
 
-    def __call__(self, condition: Condition) -> Tensor:
+    def forward(self, condition: Condition) -> Tensor:
         """(B, T, D), or a shape that broadcasts to it."""
-        ...
+        raise NotImplementedError
 
 
-class ControlBranch(Protocol):
+class ControlBranch(nn.Module):
     """Further frame-level controls, concatenated to the unrolled codes."""
 
     reads: ClassVar[frozenset[str]]
     width: int
     """Features that it takes of the D of every frame's control."""
 
-    def __call__(self, condition: Condition) -> Tensor:
+    def forward(self, condition: Condition) -> Tensor:
         """(B, T, width)."""
-        ...
+        raise NotImplementedError
 
 
 class Decoder(Protocol):

@@ -130,7 +130,7 @@ class OneShot(torch.nn.Module):
 
 def test_a_scheme_without_effect_is_refused():
     good = marionet()
-    with pytest.raises(CompositionError, match="ScheduledSampling.*OneShot does not read the past"):
+    with pytest.raises(CompositionError, match=r"ScheduledSampling.*OneShot does not read the past"):
         StagedGenerator(
             features=135,
             tags=5,

@@ -41,7 +41,7 @@ def test_ratio_1_feeds_the_whole_first_pass_back():
 
 
 def test_half_way_about_half_of_the_frames_are_predicted():
-    """A decoder that marks what it was shown: the first pass sees truth (0) and predicts 1; the second reveals the mix."""
+    """A decoder that keeps what it was shown: the first pass sees truth (0) and predicts 1, the second sees the mix."""
 
     class Echo:
         autoregressive = True

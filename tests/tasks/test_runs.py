@@ -46,6 +46,10 @@ def finish(process: subprocess.Popen[str]) -> str:
     return output
 
 
+def figures(folder: Path) -> dict:
+    return json.loads((folder / "summary.json").read_text())["evaluation"]
+
+
 @pytest.fixture(scope="module")
 def trained(place) -> tuple[Path, str]:
     """A run that nothing disturbed, and what it printed."""
@@ -86,7 +90,8 @@ def test_the_tracker_holds_the_run(trained, place):
     expected = summary["evaluation"]["systems"]["generated"]["metrics"]["accuracy"]["mean"]
     assert run.data.metrics["generated/accuracy"] == pytest.approx(expected)
     assert len(client.get_metric_history(run.info.run_id, "train/loss")) == EPOCHS
-    assert {"motion.html", "motion.gif"} <= {Path(file.path).name for file in client.list_artifacts(run.info.run_id, "previews")}
+    previews = {Path(file.path).name for file in client.list_artifacts(run.info.run_id, "previews")}
+    assert {"motion.html", "motion.gif"} <= previews
 
 
 def test_killed_and_resumed_it_ends_with_the_same_weights_and_figures(trained, place):
@@ -94,7 +99,8 @@ def test_killed_and_resumed_it_ends_with_the_same_weights_and_figures(trained, p
     process = start(place, *TRAIN, "tracker=none", f"hydra.run.dir={killed}")
     deadline = time.monotonic() + 300
     while not (killed / "checkpoints" / "last.ckpt").exists():
-        assert time.monotonic() < deadline and process.poll() is None, process.communicate()[0]
+        assert process.poll() is None, process.communicate()[0]
+        assert time.monotonic() < deadline
         time.sleep(0.02)
     process.send_signal(signal.SIGKILL)
     process.communicate()
@@ -104,14 +110,12 @@ def test_killed_and_resumed_it_ends_with_the_same_weights_and_figures(trained, p
     resumed = torch.load(killed / "generator.pt", weights_only=True)["state"]
     for name, value in expected.items():
         assert torch.equal(value, resumed[name]), name
-    figures = [json.loads((folder / "summary.json").read_text())["evaluation"] for folder in (whole, killed)]
-    assert figures[0] == figures[1]
+    assert figures(whole) == figures(killed)
 
 
 def test_evaluating_again_gives_the_same_figures(trained, place):
     finish(start(place, "task=evaluate", f"run={trained[0]}", "tracker=none", f"hydra.run.dir={place / 'again'}"))
-    figures = [json.loads((folder / "summary.json").read_text())["evaluation"] for folder in (trained[0], place / "again")]
-    assert figures[0] == figures[1]
+    assert figures(trained[0]) == figures(place / "again")
 
 
 def test_a_timeline_becomes_a_motion(trained, place):

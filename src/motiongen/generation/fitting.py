@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,8 @@ from tqdm import tqdm
 from motiongen.contracts import MotionBatch
 from motiongen.data.datamodule import MotionData
 from motiongen.generation.lightning import TrainingShell
+from motiongen.runs import CHECKPOINT
 from motiongen.tracking.tracker import Tracker
-
-LAST = "last"
 
 
 class Epochs(pl.LightningDataModule):
@@ -75,7 +75,11 @@ def fit(
         resume: continue from `last.ckpt`, to the same weights as an uninterrupted run.
     """
     checkpoint = ModelCheckpoint(
-        dirpath=folder, filename=LAST, enable_version_counter=False, save_on_train_epoch_end=True, every_n_epochs=1
+        dirpath=folder,
+        filename=CHECKPOINT.removesuffix(".ckpt"),
+        enable_version_counter=False,
+        save_on_train_epoch_end=True,
+        every_n_epochs=1,
     )
     callbacks: Sequence[pl.Callback] = [ReportLosses(tracker), RunProgress(), checkpoint]
     options: dict[str, Any] = {
@@ -86,7 +90,9 @@ def fit(
         "default_root_dir": folder,
         "reload_dataloaders_every_n_epochs": 1,
     }
-    last = folder / f"{LAST}.ckpt"
+    # Lightning asks torch in a way that torch has renamed; nothing that a user could mend.
+    warnings.filterwarnings("ignore", message=".*LeafSpec.*is deprecated")
+    last = folder / CHECKPOINT
     trainer(**options).fit(
         shell, datamodule=Epochs(data), ckpt_path=last if resume and last.exists() else None, weights_only=True
     )

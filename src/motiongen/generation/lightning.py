@@ -79,6 +79,3 @@ class TrainingShell(pl.LightningModule):
             "train/loss", total.detach(), on_step=False, on_epoch=True, prog_bar=True, batch_size=len(batch.motion)
         )
         return total
-
-    def transfer_batch_to_device(self, batch: MotionBatch, device: torch.device, dataloader_idx: int) -> MotionBatch:
-        return batch.to(device)

@@ -19,7 +19,7 @@ class Optimization:
     optimizer: Callable[[Iterator[nn.Parameter]], Optimizer]
     """From parameters to an optimizer at the first learning rate."""
     final_rate: Share = 1.0
-    """The share of the first learning rate that is left at the end of the run; 1 keeps it constant, as the papers do."""
+    """The share of the first learning rate that is left at the end of the run; 1 keeps it constant (the papers)."""
 
     def factor(self, progress: float) -> float:
         """The learning rate at `progress` in [0, 1] of the run, as a share of the first."""

@@ -1,4 +1,4 @@
-"""The canonical frame: z up, the reference pose facing -y above the origin of the ground plane (Neural Marionette, Eq. 3-5)."""
+"""The canonical frame: z up, the reference pose facing -y above the origin (Neural Marionette, Eq. 3-5)."""
 
 from __future__ import annotations
 

@@ -41,8 +41,8 @@ FEET = (JOINT["left_ankle"], JOINT["left_foot"], JOINT["right_ankle"], JOINT["ri
 class Skeleton:
     """Bone offsets of one body in the rest pose.
 
-    The rest pose is SMPL's T-pose in SMPL's axes: x to the left, y up, z forward. A person who stands in the world (z up)
-    and faces -y has the root rotation Rx(90 degrees).
+    The rest pose is SMPL's T-pose in SMPL's axes: x to the left, y up, z forward. A person who stands in the world
+    (z up) and faces -y has the root rotation Rx(90 degrees).
     """
 
     offsets: Tensor

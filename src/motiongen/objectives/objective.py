@@ -59,7 +59,7 @@ class Objective:
         self.passes = (first_pass, last_pass)
 
     def terms(self, prediction: Prediction, batch: MotionBatch, skeleton: Skeleton) -> dict[str, Tensor]:
-        """Unweighted scalars, named `rotation`, `rotation_velocity`, ..., `kl`, and `first_pass/...` for a first pass."""
+        """Unweighted scalars: `rotation`, `rotation_velocity`, ..., `kl`, and `first_pass/...` for a first pass."""
         targets = {name: quantity(batch.motion, skeleton) for name, quantity in self.quantities.items()}
         mask = batch.condition.mask
         named = self._reconstruction(prediction.motion, targets, mask, skeleton)

@@ -9,7 +9,7 @@ from motiongen.contracts import Posterior
 
 
 def squared_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
-    """Mean squared error of (B, T, Q), averaged over each motion's valid frames, then over motions (Eq. 1b-d, first sum).
+    """Mean squared error of (B, T, Q) over each motion's valid frames, averaged over motions (Eq. 1b-d, first sum).
 
     A motion without valid frames counts as zero error.
     """

@@ -15,8 +15,7 @@ from motiongen.data.datamodule import MotionData
 from motiongen.generation.checkpoint import load_generator
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.representation import FEATURES
-
-GENERATOR_FILE = "generator.pt"
+from motiongen.runs import GENERATOR_FILE
 
 
 def run_folder() -> Path:

@@ -20,7 +20,7 @@ from motiongen.tasks.assembly import build_body
 def write_previews(folder: Path, config: DictConfig, data: MotionData, generator: GeneratorModule) -> list[Path]:
     """One test clip of every tag, generated and real, as a page; the first that travels as an animation; strips of all.
 
-    Returns the files, the page first. The same seed as the first of the evaluation, so what is watched is what was measured.
+    Returns the files, the page first. The seed is the first of the evaluation's.
     """
     body = build_body(config, data)
     batch, tags = one_clip_a_tag(data)

@@ -99,9 +99,8 @@ class Record:
         }
         self.tracker.log_metrics({"recognizer/test_accuracy": recognizer.test_accuracy})
         origin = "trained now" if recognizer.was_trained else "from the cache"
-        self._closing.append(
-            f"Recognizer {recognizer.fingerprint[:12]} ({origin}): accuracy {recognizer.test_accuracy:.3f} on real test clips"
-        )
+        accuracy = f"accuracy {recognizer.test_accuracy:.3f} on real test clips"
+        self._closing.append(f"Recognizer {recognizer.fingerprint[:12]} ({origin}): {accuracy}")
 
     def print_outcome(self) -> None:
         """The closing lines: tables, where the motion lies, how to open the tracker."""

@@ -8,7 +8,8 @@ from omegaconf import DictConfig
 from motiongen.generation.checkpoint import save_generator
 from motiongen.generation.fitting import fit
 from motiongen.generation.lightning import TrainingShell
-from motiongen.tasks.assembly import GENERATOR_FILE, build_data, build_generator, run_folder
+from motiongen.runs import GENERATOR_FILE
+from motiongen.tasks.assembly import build_data, build_generator, run_folder
 from motiongen.tasks.judging import judge
 from motiongen.tasks.previews import write_previews
 from motiongen.tasks.record import Record
