@@ -9,7 +9,15 @@ from omegaconf import OmegaConf
 from motiongen.configuration import compose
 from motiongen.resolvers import register_resolvers
 
-FACTORS = {"width": 0.5, "depth": 0.5, "heads": 0.125, "dropout": 0.5, "epochs": 0.01, "learning_rate": 5.0}
+FACTORS = {
+    "width": 0.5,
+    "depth": 0.5,
+    "heads": 0.125,
+    "dropout": 0.5,
+    "epochs": 0.01,
+    "batch": 0.33,
+    "learning_rate": 5.0,
+}
 
 
 def resolved(expression: str, **factors: float) -> Any:
@@ -31,6 +39,8 @@ def resolved(expression: str, **factors: float) -> Any:
         ("${epochs:1000}", 10),
         ("${epochs:10}", 1),
         ("${dropout:0.1}", 0.05),
+        ("${batch:30}", 10),
+        ("${batch:1}", 1),
         ("${learning_rate:1.0e-4}", 5e-4),
     ],
 )

@@ -60,6 +60,11 @@ def scaled_epochs(paper: int, *, _root_: Container) -> int:
     return _whole(paper * _factor(_root_, "epochs"))
 
 
+def scaled_batch(paper: int, *, _root_: Container) -> int:
+    """Motions of a training step, at least 1."""
+    return _whole(paper * _factor(_root_, "batch"))
+
+
 def scaled_learning_rate(paper: float, *, _root_: Container) -> float:
     return paper * _factor(_root_, "learning_rate")
 
@@ -105,6 +110,7 @@ def register_resolvers() -> None:
         "heads": scaled_heads,
         "dropout": scaled_dropout,
         "epochs": scaled_epochs,
+        "batch": scaled_batch,
         "learning_rate": scaled_learning_rate,
         "default_cache": default_cache,
         "run_name": run_name,
