@@ -8,7 +8,6 @@ import torch
 
 from motiongen.contracts import Condition, MotionBatch, TrainingScheme
 from motiongen.generation.conditioning import Unconditioned
-from motiongen.generation.embeddings import PoseStatistics
 from motiongen.generation.staged import StagedGenerator
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import JOINTS, Skeleton
@@ -25,17 +24,12 @@ INITIAL_FRAMES = 6
 WIDTH = 32
 
 
-def statistics() -> PoseStatistics:
-    """Of standard normal poses, which `batch` makes."""
-    return PoseStatistics(torch.zeros(FEATURES), torch.ones(FEATURES))
-
-
 def marionet(training: TrainingScheme | None = None, dropout: float = 0.0) -> StagedGenerator:
     """MARIONET's composition, small, with weights from seed 0."""
     torch.manual_seed(0)
     transformer = {"heads": 4, "feedforward": 48, "dropout": dropout}
     return StagedGenerator(
-        statistics=statistics(),
+        features=FEATURES,
         tags=TAGS,
         initial_frames=INITIAL_FRAMES,
         width=WIDTH,

@@ -40,7 +40,7 @@ class AutoregressiveTransformer(nn.Module):
         self.pose_embedding = embeddings.pose
         layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
-        self.pose = embeddings.pose_output()
+        self.pose = nn.Linear(self.width, dimensions.features)
 
     def forward(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
         """Past (B, T, F) to the poses that follow each of its frames, (B, T, F)."""

@@ -10,7 +10,7 @@ from motiongen.contracts import CompositionError, MotionBatch
 from motiongen.generation.staged import StagedGenerator
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.quantities import local_joints, rotation, translation
-from tests.compositions import batch, marionet, skeleton, statistics
+from tests.compositions import batch, marionet, skeleton
 
 
 def objective() -> Objective:
@@ -132,7 +132,7 @@ def test_a_scheme_without_effect_is_refused():
     good = marionet()
     with pytest.raises(CompositionError, match=r"ScheduledSampling.*OneShot does not read the past"):
         StagedGenerator(
-            statistics=statistics(),
+            features=135,
             tags=5,
             initial_frames=6,
             width=32,

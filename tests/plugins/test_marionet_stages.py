@@ -11,7 +11,7 @@ from motiongen.contracts import CompositionError, Dimensions
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
 from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
-from tests.compositions import batch, marionet, statistics
+from tests.compositions import batch, marionet
 
 
 def test_reverse_positions_count_down_to_one():
@@ -68,6 +68,4 @@ def test_every_condition_field_changes_the_motion():
 def test_time_unrolling_needs_a_query():
     sizes = Dimensions(135, 5, 6, 32)
     with pytest.raises(CompositionError, match="generator/unroller/query"):
-        TimeUnrolling(
-            sizes, Embeddings(sizes, statistics()), query={}, branches={}, layers=1, heads=4, feedforward=8, dropout=0.0
-        )
+        TimeUnrolling(sizes, Embeddings(sizes), query={}, branches={}, layers=1, heads=4, feedforward=8, dropout=0.0)

@@ -21,7 +21,7 @@ from motiongen.contracts import (
     TrainingScheme,
     Unroller,
 )
-from motiongen.generation.embeddings import Embeddings, PoseStatistics
+from motiongen.generation.embeddings import Embeddings
 from motiongen.options import PositiveInt
 
 
@@ -29,7 +29,7 @@ class StagedGenerator(GeneratorModule):
     """z ~ encoder, z' = conditioning(z), controls = unroller(z'), motion = decoder(controls).
 
     Args:
-        statistics: of the training poses, which have F features.
+        features: F, numbers of a pose.
         tags: A, size of the tag vocabulary.
         initial_frames: K, frames of the initial motion.
         width: D, of codes, controls and embeddings.
@@ -43,7 +43,7 @@ class StagedGenerator(GeneratorModule):
     def __init__(
         self,
         *,
-        statistics: PoseStatistics,
+        features: int,
         tags: int,
         initial_frames: int,
         width: PositiveInt,
@@ -54,8 +54,8 @@ class StagedGenerator(GeneratorModule):
         training: TrainingScheme,
     ) -> None:
         super().__init__()
-        self.dimensions = Dimensions(len(statistics.mean), tags, initial_frames, width)
-        embeddings = Embeddings(self.dimensions, statistics)
+        self.dimensions = Dimensions(features, tags, initial_frames, width)
+        embeddings = Embeddings(self.dimensions)
         self.encoder = encoder(self.dimensions, embeddings)
         self.conditioning = conditioning(self.dimensions, embeddings)
         self.unroller = unroller(self.dimensions, embeddings)

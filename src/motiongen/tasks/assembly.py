@@ -13,8 +13,8 @@ from motiongen.contracts import GeneratorModule
 from motiongen.data.clips import INITIAL_FRAMES
 from motiongen.data.datamodule import MotionData
 from motiongen.generation.checkpoint import load_generator
-from motiongen.generation.embeddings import PoseStatistics
 from motiongen.motion.bodies.body import Body
+from motiongen.motion.representation import FEATURES
 from motiongen.runs import GENERATOR_FILE
 
 
@@ -31,12 +31,10 @@ def build_data(config: DictConfig) -> MotionData:
 
 def build_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
     """The composition of `config.generator` for this data; its first weights depend on `config.seed` alone."""
-    clips = data.train_items()
-    statistics = PoseStatistics.of(clips[index].motion for index in range(len(clips)))
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
         generator: GeneratorModule = instantiate(config.generator)(
-            statistics=statistics, tags=len(data.tags), initial_frames=INITIAL_FRAMES
+            features=FEATURES, tags=len(data.tags), initial_frames=INITIAL_FRAMES
         )
     return generator
 
