@@ -46,7 +46,7 @@ def marionet(training: TrainingScheme | None = None, dropout: float = 0.0) -> St
             layers=1,
             **transformer,
         ),
-        decoder=partial(AutoregressiveTransformer, layers=2, **transformer),
+        decoder=partial(AutoregressiveTransformer, layer_input={}, layers=2, **transformer),
         training=training or ScheduledSampling(activate=0.25, accomplish=0.75),
     )
 

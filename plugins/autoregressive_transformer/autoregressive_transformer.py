@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
 
-from motiongen.contracts import Condition, Controls, Dimensions
+from motiongen.contracts import Builder, Condition, Controls, Dimensions, LayerInput
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.incremental import IncrementalDecoder
+from motiongen.generation.layer_input import LayerInputs
 from motiongen.generation.positions import sinusoidal
 from motiongen.options import PositiveInt, Share
 
@@ -18,10 +20,15 @@ class AutoregressiveTransformer(nn.Module):
     """Causal Transformer decoder from the poses so far and the controls to the next pose.
 
     Query: embedded past poses with positional encoding; key and value: the controls' memory. The first past pose (begin
-    of pose) is the last frame of the initial motion.
+    of pose) is the last frame of the initial motion. What the `layer_input` mechanisms give is added to the input of
+    every layer but the first.
+
+    Raises:
+        CompositionError: `layer_input` for a single layer.
     """
 
     reads: ClassVar[frozenset[str]] = frozenset({"initial_motion"})
+    uses: ClassVar[frozenset[str]] = frozenset({"memory"})
     autoregressive: ClassVar[bool] = True
 
     def __init__(
@@ -29,6 +36,7 @@ class AutoregressiveTransformer(nn.Module):
         dimensions: Dimensions,
         embeddings: Embeddings,
         *,
+        layer_input: Mapping[str, Builder[LayerInput]],
         layers: PositiveInt,
         heads: PositiveInt,
         feedforward: PositiveInt,
@@ -38,6 +46,7 @@ class AutoregressiveTransformer(nn.Module):
         super().__init__()
         self.width = dimensions.width
         self.pose_embedding = embeddings.pose
+        self.layer_input = LayerInputs(dimensions, embeddings, layer_input, layers)
         layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.pose = nn.Linear(self.width, dimensions.features)
@@ -47,9 +56,11 @@ class AutoregressiveTransformer(nn.Module):
         frames = torch.arange(past.shape[1], device=past.device)
         query = self.pose_embedding(past) + sinusoidal(frames, self.width).to(past)
         future = torch.ones(len(frames), len(frames), dtype=torch.bool, device=past.device).triu(1)
-        decoded = self.transformer(
-            query, controls.memory, tgt_mask=future, tgt_is_causal=True, memory_key_padding_mask=~controls.mask
-        )
+        masks: dict[str, Any] = {"tgt_mask": future, "tgt_is_causal": True, "memory_key_padding_mask": ~controls.mask}
+        first, *others = self.transformer.layers
+        decoded = first(query, controls.memory, **masks)
+        for layer in others:
+            decoded = layer(decoded + self.layer_input(controls), controls.memory, **masks)
         return self.pose(decoded)
 
     def generate(self, controls: Controls, condition: Condition) -> Tensor:
@@ -57,8 +68,9 @@ class AutoregressiveTransformer(nn.Module):
         layers = IncrementalDecoder(self.transformer.layers, controls.memory, controls.mask, frames)
         pose = condition.initial_motion[:, -1]
         positions = sinusoidal(torch.arange(frames, device=pose.device), self.width).to(pose)
+        added = self.layer_input(controls).expand(-1, frames, -1)
         motion = []
         for frame in range(frames):
-            pose = self.pose(layers.step(frame, self.pose_embedding(pose) + positions[frame]))
+            pose = self.pose(layers.step(frame, self.pose_embedding(pose) + positions[frame], added[:, frame]))
             motion.append(pose)
         return torch.stack(motion, dim=1)

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import ClassVar
 
 import torch
-from torch import Tensor, nn
+from torch import nn
 
 from motiongen.contracts import (
     Builder,
+    Code,
     CompositionError,
     Condition,
     ControlBranch,
@@ -31,7 +32,7 @@ class TimeUnrolling(nn.Module):
         CompositionError: no query mechanism, or branches that leave no width to the unrolled codes.
     """
 
-    reads: ClassVar[frozenset[str]] = frozenset({"mask"})
+    carries: ClassVar[frozenset[str]] = frozenset({"queries", "memory"})
 
     def __init__(
         self,
@@ -49,8 +50,11 @@ class TimeUnrolling(nn.Module):
         super().__init__()
         if not query:
             raise CompositionError("time_unrolling needs at least one mechanism in generator/unroller/query")
-        self.query = nn.ModuleDict({name: build(dimensions, embeddings) for name, build in query.items()})
+        mechanisms = {name: build(dimensions, embeddings) for name, build in query.items()}
         built = {name: build(dimensions, embeddings) for name, build in branches.items()}
+        parts: list[QueryMechanism | ControlBranch] = [*mechanisms.values(), *built.values()]
+        self.reads = frozenset({"mask"}).union(*(part.reads for part in parts))
+        self.query = nn.ModuleDict(mechanisms)
         self.branches = nn.ModuleDict(built)
         width = dimensions.width
         remaining = width - sum(branch.width for branch in built.values())
@@ -60,11 +64,11 @@ class TimeUnrolling(nn.Module):
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.projection = nn.Linear(width, remaining) if self.branches else nn.Identity()
 
-    def forward(self, code: Tensor, condition: Condition) -> Controls:
+    def forward(self, code: Code, condition: Condition) -> Controls:
         batch, frames = condition.mask.shape
         query = sum(mechanism(condition) for mechanism in self.query.values())
-        query = query.to(code).expand(batch, frames, -1)
-        unrolled = self.transformer(query, code.unsqueeze(1), tgt_key_padding_mask=~condition.mask)
+        query = query.to(code.modulated).expand(batch, frames, -1)
+        unrolled = self.transformer(query, code.modulated.unsqueeze(1), tgt_key_padding_mask=~condition.mask)
         extra = [branch(condition) for branch in self.branches.values()]
         controls = torch.cat([self.projection(unrolled), *extra], dim=-1)
-        return Controls(queries=controls, memory=controls, mask=condition.mask)
+        return Controls(queries=controls, memory=controls, mask=condition.mask, latent=code.latent)

@@ -6,7 +6,8 @@ masks are True where a frame is valid; metres, radians, 30 Hz unless the data sa
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
 
 import torch
@@ -79,15 +80,27 @@ class Posterior:
 
 
 @dataclass(frozen=True)
+class Code:
+    """The action-level code, before and after the condition changed it."""
+
+    latent: Tensor
+    """(B, D): z, as it was drawn."""
+    modulated: Tensor
+    """(B, D): z', what the conditioning made of it."""
+
+
+@dataclass(frozen=True)
 class Controls:
-    """What an unroller tells a decoder about every frame."""
+    """What an unroller tells a decoder."""
 
     queries: Tensor
-    """(B, T, D): one code for every frame to generate."""
+    """(B, T, D): one vector for every frame to generate."""
     memory: Tensor
     """(B, M, D): what a decoder attends to."""
     mask: Tensor
     """(B, M) bool: which memory tokens are valid."""
+    latent: Tensor
+    """(B, D): z, for mechanisms that hand it to the decoder past conditioning and unroller."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +112,8 @@ class Prediction:
     posterior: Posterior | None = None
     first_pass: Tensor | None = None
     """(B, T, F): the motion that scheduled sampling fed back (Neural Marionette, supplement Fig. 2)."""
+    terms: Mapping[str, Tensor] = field(default_factory=dict)
+    """Loss terms that only the generator can compute: name to unweighted scalar."""
 
 
 @dataclass(frozen=True)
@@ -114,8 +129,10 @@ class Dimensions:
 class Encoder(Protocol):
     """Condition, and in training the motion, to the distribution of the action-level code."""
 
-    reads: ClassVar[frozenset[str]]
-    """The fields of Condition that it reads."""
+    @property
+    def reads(self) -> frozenset[str]:
+        """The fields of Condition that `prior` reads."""
+        ...
 
     def posterior(self, batch: MotionBatch) -> Posterior:
         """The distribution that training samples from and the KL term measures."""
@@ -126,22 +143,38 @@ class Encoder(Protocol):
         ...
 
 
-class Conditioning(Protocol):
+class Conditioning(nn.Module):
     """z to z', under the condition."""
 
     reads: ClassVar[frozenset[str]]
+    """The fields of Condition that `forward` reads."""
 
-    def __call__(self, code: Tensor, condition: Condition) -> Tensor:
-        """(B, D) to (B, D)."""
-        ...
+    def forward(self, latent: Tensor, condition: Condition, generator: torch.Generator) -> Tensor:
+        """For use: (B, D) to (B, D). `generator` lives on the CPU and is there for what is drawn at random."""
+        raise NotImplementedError
+
+    def reconstruct(self, latent: Tensor, batch: MotionBatch, generator: torch.Generator) -> Tensor:
+        """For training, where the motion may be looked at: (B, D) to (B, D)."""
+        return self.forward(latent, batch.condition, generator)
+
+    def conclude(self, batches: Iterable[MotionBatch]) -> None:
+        """Called once when training is over: keep what `forward` needs of the training motions."""
 
 
 class Unroller(Protocol):
     """The action-level code to frame-level controls."""
 
-    reads: ClassVar[frozenset[str]]
+    @property
+    def reads(self) -> frozenset[str]:
+        """The fields of Condition that it reads."""
+        ...
 
-    def __call__(self, code: Tensor, condition: Condition) -> Controls: ...
+    @property
+    def carries(self) -> frozenset[str]:
+        """Which of `queries` and `memory` depend on the code."""
+        ...
+
+    def __call__(self, code: Code, condition: Condition) -> Controls: ...
 
 
 class QueryMechanism(nn.Module):
@@ -166,10 +199,27 @@ class ControlBranch(nn.Module):
         raise NotImplementedError
 
 
+class LayerInput(nn.Module):
+    """What a decoder adds to the input of each of its layers but the first."""
+
+    def forward(self, controls: Controls) -> Tensor:
+        """(B, T, D), or a shape that broadcasts to it."""
+        raise NotImplementedError
+
+
 class Decoder(Protocol):
     """Controls to motion."""
 
-    reads: ClassVar[frozenset[str]]
+    @property
+    def reads(self) -> frozenset[str]:
+        """The fields of Condition that it reads."""
+        ...
+
+    @property
+    def uses(self) -> frozenset[str]:
+        """Which of the controls' `queries` and `memory` it reads."""
+        ...
+
     autoregressive: ClassVar[bool]
     """Whether `forward` depends on `past`."""
 
@@ -228,3 +278,6 @@ class GeneratorModule(nn.Module):
 
     def generate(self, condition: Condition, seed: int) -> Tensor:
         raise NotImplementedError
+
+    def conclude(self, batches: Iterable[MotionBatch]) -> None:
+        """Called once when training is over, with every training clip once; most generators need nothing of it."""

@@ -13,13 +13,16 @@ def test_steps_equal_the_causal_decoder():
     decoder = nn.TransformerDecoder(layer, 3).eval()
     for parameter in decoder.parameters():
         nn.init.normal_(parameter, std=0.3)
-    query, memory = torch.randn(2, 7, 16), torch.randn(2, 5, 16)
+    query, memory, added = torch.randn(2, 7, 16), torch.randn(2, 5, 16), torch.randn(2, 7, 16)
     mask = torch.tensor([[True] * 5, [True] * 3 + [False] * 2])
     future = torch.ones(7, 7, dtype=torch.bool).triu(1)
     with torch.no_grad():
-        whole = decoder(query, memory, tgt_mask=future, memory_key_padding_mask=~mask)
+        whole = query
+        for index, layer in enumerate(decoder.layers):
+            layer_input = whole + added if index else whole
+            whole = layer(layer_input, memory, tgt_mask=future, memory_key_padding_mask=~mask)
         steps = IncrementalDecoder(decoder.layers, memory, mask, frames=7)
-        stepped = torch.stack([steps.step(frame, query[:, frame]) for frame in range(7)], dim=1)
+        stepped = torch.stack([steps.step(frame, query[:, frame], added[:, frame]) for frame in range(7)], dim=1)
     torch.testing.assert_close(stepped, whole, atol=1e-5, rtol=1e-5)
 
 

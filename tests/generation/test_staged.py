@@ -1,15 +1,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import pytest
 import torch
 
-from motiongen.contracts import CompositionError, MotionBatch
-from motiongen.generation.staged import StagedGenerator
+from motiongen.contracts import Code, CompositionError, MotionBatch
+from motiongen.generation.staged import refuse_what_cannot_work
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.quantities import local_joints, rotation, translation
+from motiongen_plugins.direct.direct import Direct
 from tests.compositions import batch, marionet, skeleton
 
 
@@ -31,7 +31,7 @@ def seeded() -> torch.Generator:
 def test_gradients_reach_every_parameter(progress):
     generator, loss, data = marionet(), objective(), batch((9, 5, 12))
     terms = loss.terms(generator.reconstruct(data, progress, seeded()), data, skeleton())
-    loss.total(terms).backward()
+    loss.total(terms, progress).backward()
     missing = [name for name, p in generator.named_parameters() if p.grad is None or not p.grad.abs().sum() > 0]
     assert missing == []
 
@@ -110,8 +110,8 @@ def test_order_of_the_batch_does_not_matter():
         turned = generator.encoder.prior(shuffled)
         torch.testing.assert_close(straight.mean[order], turned.mean)
         code = straight.mean
-        motion = generator.decoder.generate(generator.unroller(code, condition), condition)
-        mixed = generator.decoder.generate(generator.unroller(code[order], shuffled), shuffled)
+        motion = generator.decoder.generate(generator.unroller(Code(code, code), condition), condition)
+        mixed = generator.decoder.generate(generator.unroller(Code(code[order], code[order]), shuffled), shuffled)
     torch.testing.assert_close(motion[order], mixed, atol=1e-5, rtol=1e-5)
 
 
@@ -123,22 +123,35 @@ def test_embeddings_are_shared_by_the_stages_that_use_them():
 
 class OneShot(torch.nn.Module):
     autoregressive = False
+    reads = frozenset()
+    uses = frozenset({"queries"})
 
-    def __init__(self, dimensions, embeddings):
-        super().__init__()
+
+class Tokens(torch.nn.Module):
+    reads = frozenset()
+    carries = frozenset({"memory"})
+
+
+class ReadsNothing(torch.nn.Module):
+    reads = frozenset()
 
 
 def test_a_scheme_without_effect_is_refused():
     good = marionet()
+    stages = good.encoder, good.conditioning, good.unroller
     with pytest.raises(CompositionError, match=r"ScheduledSampling.*OneShot does not read the past"):
-        StagedGenerator(
-            features=135,
-            tags=5,
-            initial_frames=6,
-            width=32,
-            encoder=lambda dimensions, embeddings: good.encoder,
-            conditioning=lambda dimensions, embeddings: good.conditioning,
-            unroller=lambda dimensions, embeddings: good.unroller,
-            decoder=partial(OneShot),
-            training=good.scheme,
-        )
+        refuse_what_cannot_work(*stages, OneShot(), good.scheme)
+    with pytest.raises(CompositionError, match=r"AutoregressiveTransformer reads the past, which Direct does not"):
+        refuse_what_cannot_work(*stages, good.decoder, Direct())
+
+
+def test_a_code_that_never_reaches_the_decoder_is_refused():
+    good = marionet()
+    with pytest.raises(CompositionError, match=r"Tokens puts the code into controls\.memory, and OneShot reads"):
+        refuse_what_cannot_work(good.encoder, good.conditioning, Tokens(), OneShot(), Direct())
+
+
+def test_a_generator_that_does_not_know_the_action_is_refused():
+    good = marionet()
+    with pytest.raises(CompositionError, match=r"no stage reads the action when it generates \(ReadsNothing"):
+        refuse_what_cannot_work(ReadsNothing(), good.conditioning, Tokens(), good.decoder, good.scheme)

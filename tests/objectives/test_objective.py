@@ -4,6 +4,7 @@ import pytest
 import torch
 
 from motiongen.contracts import Posterior, Prediction
+from motiongen.generation.schedules import LinearRamp
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.quantities import local_joints, rotation, translation
 from motiongen.objectives.terms import kl_to_standard_normal, squared_error, velocity_error
@@ -36,7 +37,7 @@ def test_equation_1_by_hand():
     velocity = (5 / 2 + 4 / 2) / 2
     assert terms["pose"].item() == pytest.approx(mean_square, rel=1e-5)
     assert terms["pose_velocity"].item() == pytest.approx(velocity, rel=1e-5)
-    assert loss.total(terms).item() == pytest.approx(3 * (mean_square + 2 * velocity), rel=1e-5)
+    assert loss.total(terms, 0.5).item() == pytest.approx(3 * (mean_square + 2 * velocity), rel=1e-5)
 
 
 def test_equation_2_by_hand():
@@ -48,7 +49,7 @@ def test_equation_2_by_hand():
     terms = loss.terms(prediction, data, skeleton())
     assert set(terms) == {"pose", "pose_velocity", "first_pass/pose", "first_pass/pose_velocity", "kl"}
     assert terms["kl"].item() == pytest.approx(2.0)
-    assert loss.total(terms).item() == pytest.approx(0.1 * 3 * 1 + 0.9 * 3 * 4 + 0.01 * 2.0, rel=1e-5)
+    assert loss.total(terms, 0.5).item() == pytest.approx(0.1 * 3 * 1 + 0.9 * 3 * 4 + 0.01 * 2.0, rel=1e-5)
 
 
 def test_every_motion_counts_the_same_whatever_its_length():
@@ -80,9 +81,35 @@ def test_kl_closed_form():
     torch.testing.assert_close(kl_to_standard_normal(posterior), expected)
 
 
-def test_weights_must_fit_the_quantities():
-    with pytest.raises(ValueError, match=r"must name exactly \['kl', 'pose'\], not \['kl', 'poze'\]"):
+def test_every_quantity_needs_a_weight():
+    with pytest.raises(ValueError, match=r"objective.weights lacks pose$"):
         objective(weights={"poze": 1.0, "kl": 1.0})
+
+
+def test_a_weight_of_no_term_is_refused():
+    data = batch((4,))
+    loss = objective(weights={"pose": 1.0, "kl": 1.0, "unit_norm": 1.0})
+    with pytest.raises(ValueError, match=r"objective.weights names unit_norm, which this generator does not give"):
+        loss.total(loss.terms(Prediction(data.motion), data, skeleton()), 0.5)
+
+
+def test_a_generators_own_terms_are_weighted_and_need_a_weight():
+    data = batch((4,))
+    prediction = Prediction(data.motion, terms={"unit_norm": torch.tensor(5.0)})
+    loss = objective(weights={"pose": 1.0, "kl": 1.0, "unit_norm": 0.3})
+    assert loss.total(loss.terms(prediction, data, skeleton()), 0.5).item() == pytest.approx(1.5)
+    with pytest.raises(ValueError, match=r"objective\.weights lacks unit_norm"):
+        objective().total(loss.terms(prediction, data, skeleton()), 0.5)
+
+
+def test_a_ramp_changes_its_weight_over_the_run():
+    data = batch((4,))
+    loss = objective(ramps={"kl": LinearRamp(0.0, 0.5)})
+    terms = loss.terms(Prediction(data.motion, Posterior(torch.ones(1, 4), torch.zeros(1, 4))), data, skeleton())
+    totals = [loss.total(terms, progress).item() for progress in (0.0, 0.25, 0.5, 1.0)]
+    assert totals == pytest.approx([0.0, 0.01, 0.02, 0.02])
+    with pytest.raises(ValueError, match=r"objective\.ramps names klx, which objective.weights does not"):
+        objective(ramps={"klx": LinearRamp(0.0, 0.5)})
 
 
 def test_quantities_take_what_they_name():

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from motiongen.contracts import CompositionError, Dimensions
+from motiongen.contracts import Code, CompositionError, Dimensions
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
 from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
@@ -47,7 +47,8 @@ def test_encoder_tells_the_order_of_the_initial_poses():
 def test_decoder_is_causal():
     generator, data = marionet().eval(), batch((8,))
     with torch.no_grad():
-        controls = generator.unroller(torch.randn(1, 32), data.condition)
+        latent = torch.randn(1, 32)
+        controls = generator.unroller(Code(latent, latent), data.condition)
         past = data.past
         changed = past.clone()
         changed[:, 5:] += 1

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import torch
 
+from motiongen.contracts import Code
 from motiongen_plugins.scheduled_sampling.scheduled_sampling import ScheduledSampling
 from motiongen_plugins.teacher_forcing.teacher_forcing import TeacherForcing
 from tests.compositions import batch, marionet
@@ -34,7 +35,8 @@ def test_ratio_1_feeds_the_whole_first_pass_back():
     generator, scheduled = predict(ScheduledSampling(activate=0.25, accomplish=0.75), data, 0.75)
     seeded = torch.Generator().manual_seed(1)
     with torch.no_grad():
-        controls = generator.unroller(generator.encoder.posterior(data).sample(seeded), data.condition)
+        latent = generator.encoder.posterior(data).sample(seeded)
+        controls = generator.unroller(Code(latent, latent), data.condition)
         past = torch.cat([data.condition.initial_motion[:, -1:], scheduled.first_pass[:, :-1]], dim=1)
         expected = generator.decoder(controls, data.condition, past)
     assert torch.equal(scheduled.motion, expected)

@@ -85,7 +85,7 @@ def test_the_tracker_holds_the_run(trained, place):
     experiment = client.get_experiment_by_name("motiongen")
     (run,) = client.search_runs([experiment.experiment_id])
     assert run.info.status == "FINISHED"
-    assert run.data.params["generator.decoder.layers"] == "1"
+    assert run.data.params["generator.decoder.layers"] == "3"
     summary = json.loads((trained[0] / "summary.json").read_text())
     expected = summary["evaluation"]["systems"]["generated"]["metrics"]["accuracy"]["mean"]
     assert run.data.metrics["generated/accuracy"] == pytest.approx(expected)

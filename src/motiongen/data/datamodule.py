@@ -101,6 +101,12 @@ class MotionData:
         """Training clips in consecutive windows, as test clips are cut."""
         return self._items(self.split.train)
 
+    def train_windows(self, batch_size: int) -> DataLoader[Item]:
+        """The `train_items`, each once, in batches."""
+        windows = self.train_items().clips
+        order = range(len(windows))
+        return self._loader(windows, [list(order[start : start + batch_size]) for start in order[::batch_size]])
+
     def test_items(self) -> MotionDataset:
         """Test clips in consecutive windows, in the order of the store."""
         return self._items(self.split.test)

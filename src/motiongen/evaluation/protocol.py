@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import torch
 from rich.progress import Progress
 from torch import Tensor
-from torch.utils.data import DataLoader
 
 from motiongen.contracts import Condition
-from motiongen.data.dataset import collate
 from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.metrics.classification import accuracy, class_accuracy
 from motiongen.evaluation.metrics.distribution import diversity, frechet_distance, multimodality
@@ -164,8 +162,7 @@ def _by_metric(seeds: list[dict[str, float]]) -> dict[str, tuple[float, ...]]:
 
 def _training_features(network: Recognizer, data: MotionData, batch_size: int, device: torch.device) -> Tensor:
     """(M, E) float64 features of all training clips, cut into windows as the test clips are."""
-    loader = DataLoader(data.train_items(), batch_size=batch_size, collate_fn=collate)
-    batches = (batch.to(device) for batch in loader)
+    batches = (batch.to(device) for batch in data.train_windows(batch_size))
     return torch.cat([network(batch.motion, batch.condition.mask).features for batch in batches]).double().cpu()
 
 

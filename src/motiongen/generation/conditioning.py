@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from torch import Tensor, nn
+import torch
+from torch import Tensor
 
-from motiongen.contracts import Condition, Dimensions
+from motiongen.contracts import Condition, Conditioning, Dimensions
 from motiongen.generation.embeddings import Embeddings
 
 
-class Unconditioned(nn.Module):
+class Unconditioned(Conditioning):
     """z' = z: the code reaches the unroller as the encoder made it."""
 
     reads: ClassVar[frozenset[str]] = frozenset()
@@ -18,5 +19,5 @@ class Unconditioned(nn.Module):
     def __init__(self, dimensions: Dimensions, embeddings: Embeddings) -> None:
         super().__init__()
 
-    def forward(self, code: Tensor, condition: Condition) -> Tensor:
-        return code
+    def forward(self, latent: Tensor, condition: Condition, generator: torch.Generator) -> Tensor:
+        return latent

@@ -27,11 +27,15 @@ class IncrementalDecoder:
     ) -> None:
         self._layers = [_LayerState(layer, memory, memory_mask, frames) for layer in layers]
 
-    def step(self, frame: int, query: Tensor) -> Tensor:
-        """Query (B, D) of frame number `frame`, counted from 0, to the decoder's output (B, D)."""
-        output = query.unsqueeze(1)
-        for layer in self._layers:
-            output = layer.step(frame, output)
+    def step(self, frame: int, query: Tensor, added: Tensor) -> Tensor:
+        """Query (B, D) of frame number `frame`, counted from 0, to the decoder's output (B, D).
+
+        `added` (B, D) is added to the input of every layer but the first.
+        """
+        first, *others = self._layers
+        output = first.step(frame, query.unsqueeze(1))
+        for layer in others:
+            output = layer.step(frame, output + added.unsqueeze(1))
         return output.squeeze(1)
 
 

@@ -68,7 +68,7 @@ class TrainingShell(pl.LightningModule):
         generator = torch.Generator().manual_seed(step_seed(self._seed, self.global_step, "code"))
         prediction = self.generator.reconstruct(batch, self.progress, generator)
         terms = self.objective.terms(prediction, batch, self.skeleton)
-        total = self.objective.total(terms)
+        total = self.objective.total(terms, self.progress)
         self.log_dict(
             {f"train/{name}": value.detach() for name, value in terms.items()},
             on_step=False,

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
 from motiongen.contracts import (
     Builder,
+    Code,
     CompositionError,
     Condition,
     Conditioning,
-    Controls,
     Decoder,
     Dimensions,
     Encoder,
     GeneratorModule,
     MotionBatch,
-    Posterior,
     Prediction,
     TrainingScheme,
     Unroller,
@@ -61,29 +63,59 @@ class StagedGenerator(GeneratorModule):
         self.unroller = unroller(self.dimensions, embeddings)
         self.decoder = decoder(self.dimensions, embeddings)
         self.scheme = training
-        if training.needs_past and not self.decoder.autoregressive:
-            raise CompositionError(
-                f"the training scheme {type(training).__name__} shapes the past that a decoder sees, but "
-                f"{type(self.decoder).__name__} does not read the past, so the scheme would have no effect; "
-                "choose another decoder or another generator/training"
-            )
+        refuse_what_cannot_work(self.encoder, self.conditioning, self.unroller, self.decoder, training)
 
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
         posterior = self.encoder.posterior(batch)
-        controls = self._unroll(posterior, batch.condition, generator)
+        latent = posterior.sample(generator)
+        code = Code(latent, self.conditioning.reconstruct(latent, batch, generator))
+        controls = self.unroller(code, batch.condition)
         prediction = self.scheme(self.decoder, controls, batch, progress, generator)
-        return Prediction(prediction.motion, posterior, prediction.first_pass)
+        return replace(prediction, posterior=posterior)
 
     def generate(self, condition: Condition, seed: int) -> Tensor:
         was_training = self.training
         self.eval()
+        generator = torch.Generator().manual_seed(seed)
         try:
             with torch.inference_mode():
-                controls = self._unroll(self.encoder.prior(condition), condition, torch.Generator().manual_seed(seed))
+                latent = self.encoder.prior(condition).sample(generator)
+                code = Code(latent, self.conditioning(latent, condition, generator))
+                controls = self.unroller(code, condition)
                 return self.decoder.generate(controls, condition) * condition.mask.unsqueeze(-1)
         finally:
             self.train(was_training)
 
-    def _unroll(self, posterior: Posterior, condition: Condition, generator: torch.Generator) -> Controls:
-        code = self.conditioning(posterior.sample(generator), condition)
-        return self.unroller(code, condition)
+    def conclude(self, batches: Iterable[MotionBatch]) -> None:
+        self.conditioning.conclude(batches)
+
+
+def refuse_what_cannot_work(
+    encoder: Encoder, conditioning: Conditioning, unroller: Unroller, decoder: Decoder, training: TrainingScheme
+) -> None:
+    """Raises CompositionError where the stages cannot work together, or a choice would have no effect."""
+    if training.needs_past and not decoder.autoregressive:
+        raise CompositionError(
+            f"the training scheme {type(training).__name__} shapes the past that a decoder sees, but "
+            f"{type(decoder).__name__} does not read the past, so the scheme would have no effect; "
+            "choose another decoder or another generator/training"
+        )
+    if not training.needs_past and decoder.autoregressive:
+        raise CompositionError(
+            f"{type(decoder).__name__} reads the past, which {type(training).__name__} does not shape; "
+            "choose generator/training=teacher_forcing or scheduled_sampling"
+        )
+    if not unroller.carries & decoder.uses:
+        raise CompositionError(
+            f"{type(unroller).__name__} puts the code into {_listed(unroller.carries)}, and {type(decoder).__name__} "
+            f"reads {_listed(decoder.uses)} alone, so the code would never reach it; choose another generator/unroller"
+        )
+    if not any("tags" in stage.reads for stage in (encoder, conditioning, unroller, decoder)):
+        stages = ", ".join(type(stage).__name__ for stage in (encoder, conditioning, unroller, decoder))
+        raise CompositionError(
+            f"no stage reads the action when it generates ({stages}); choose a generator/conditioning that does"
+        )
+
+
+def _listed(names: Iterable[str]) -> str:
+    return " and ".join(f"controls.{name}" for name in sorted(names))

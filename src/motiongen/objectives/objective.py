@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import torch
@@ -14,6 +14,7 @@ from motiongen.objectives.terms import kl_to_standard_normal, squared_error, vel
 from motiongen.options import NonNegativeFloat
 
 FIRST_PASS = "first_pass/"
+VELOCITY = "_velocity"
 KL = "kl"
 
 
@@ -29,16 +30,19 @@ class Objective:
     Neural Marionette, Eq. 1 and 2:
         L_Recon(P) = sum over quantities q of weights[q] * (MSE(q) + velocity * MSE(frame differences of q))
         L = first_pass * L_Recon(P') + last_pass * L_Recon(P'') + weights[kl] * KL
-    and L = L_Recon(P') + weights[kl] * KL while there is one pass only.
+    and L = L_Recon(P') + weights[kl] * KL while there is one pass only. Terms that the generator itself gives are
+    added, each with its weight.
 
     Args:
         quantities: name -> function of the pose features.
-        weights: one weight for each quantity, and `kl`.
+        weights: one weight for each quantity, for `kl` and for each of the generator's own terms.
         velocity: weight of a quantity's frame differences (lambda_V).
         first_pass, last_pass: lambda_1 and lambda_2, used when the training scheme made two passes.
+        ramps: name of a weight -> its share of the weight, a function of the run's progress; without one it is 1.
 
     Raises:
-        ValueError: weights that do not belong to the quantities.
+        ValueError: a quantity without weight, or a ramp of no weight; in `total`, a term without weight, or a weight
+            that belongs to no term.
     """
 
     def __init__(
@@ -49,12 +53,15 @@ class Objective:
         velocity: NonNegativeFloat,
         first_pass: NonNegativeFloat,
         last_pass: NonNegativeFloat,
+        ramps: Mapping[str, Callable[[float], float]] | None = None,
     ) -> None:
-        wanted = {*quantities, KL}
-        if wanted != set(weights):
-            raise ValueError(f"objective.weights must name exactly {sorted(wanted)}, not {sorted(weights)}")
+        if missing := {*quantities, KL} - set(weights):
+            raise ValueError(f"objective.weights lacks {', '.join(sorted(missing))}")
+        if unknown := set(ramps or {}) - set(weights):
+            raise ValueError(f"objective.ramps names {', '.join(sorted(unknown))}, which objective.weights does not")
         self.quantities = dict(quantities)
         self.weights = dict(weights)
+        self.ramps = dict(ramps or {})
         self.velocity = velocity
         self.passes = (first_pass, last_pass)
 
@@ -68,20 +75,23 @@ class Objective:
             named |= {FIRST_PASS + name: value for name, value in first.items()}
         if prediction.posterior is not None:
             named[KL] = kl_to_standard_normal(prediction.posterior)
-        return named
+        return named | dict(prediction.terms)
 
-    def total(self, terms: Mapping[str, Tensor]) -> Tensor:
-        """The weighted sum of what `terms` returned."""
-        first, last = self.passes if any(name.startswith(FIRST_PASS) for name in terms) else (0.0, 1.0)
+    def total(self, terms: Mapping[str, Tensor], progress: float) -> Tensor:
+        """The weighted sum of what `terms` returned, at `progress` in [0, 1] of the run."""
+        if unused := set(self.weights) - {*map(_weight_of, terms), KL}:
+            raise ValueError(f"objective.weights names {', '.join(sorted(unused))}, which this generator does not give")
+        shares = self.passes if any(name.startswith(FIRST_PASS) for name in terms) else (0.0, 1.0)
         weighted = []
         for name, value in terms.items():
-            if name == KL:
-                weighted.append(self.weights[KL] * value)
-                continue
-            share = first if name.startswith(FIRST_PASS) else last
-            quantity = name.removeprefix(FIRST_PASS)
-            order = self.velocity if quantity.endswith("_velocity") else 1.0
-            weighted.append(share * order * self.weights[quantity.removesuffix("_velocity")] * value)
+            weight = _weight_of(name)
+            if weight not in self.weights:
+                raise ValueError(f"objective.weights lacks {weight}, a term of this generator")
+            factor = self.weights[weight] * (self.ramps[weight](progress) if weight in self.ramps else 1.0)
+            if weight in self.quantities:
+                factor *= shares[0] if name.startswith(FIRST_PASS) else shares[1]
+                factor *= self.velocity if name.endswith(VELOCITY) else 1.0
+            weighted.append(factor * value)
         return torch.stack(weighted).sum()
 
     def _reconstruction(
@@ -91,5 +101,9 @@ class Objective:
         for name, target in targets.items():
             predicted = self.quantities[name](motion, skeleton)
             named[name] = squared_error(predicted, target, mask)
-            named[f"{name}_velocity"] = velocity_error(predicted, target, mask)
+            named[name + VELOCITY] = velocity_error(predicted, target, mask)
         return named
+
+
+def _weight_of(term: str) -> str:
+    return term.removeprefix(FIRST_PASS).removesuffix(VELOCITY)

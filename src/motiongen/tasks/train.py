@@ -33,6 +33,8 @@ def run(config: DictConfig) -> None:
             record.tracker,
             resume=config.resume is not None,
         )
+        device = next(generator.parameters()).device
+        generator.eval().conclude(batch.to(device) for batch in data.train_windows(config.evaluation.batch_size))
         save_generator(folder / GENERATOR_FILE, generator, data.tags)
         evaluation = judge(config, data, generator)
         record.evaluation(evaluation)
