@@ -52,8 +52,9 @@ class TrainingShell(pl.LightningModule):
 
     def configure_optimizers(self) -> OptimizerLRScheduler:
         optimizer = self._optimization.optimizer(self.generator.parameters())
-        epochs = self.trainer.max_epochs or 1
-        return [optimizer], [LambdaLR(optimizer, lambda epoch: self._optimization.factor(epoch / epochs))]
+        steps = max(1, int(self.trainer.estimated_stepping_batches))
+        schedule = LambdaLR(optimizer, lambda step: self._optimization.factor(min(1.0, (step + 1) / steps)))
+        return [optimizer], [{"scheduler": schedule, "interval": "step"}]
 
     @property
     def progress(self) -> float:
