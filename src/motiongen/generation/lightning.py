@@ -54,7 +54,7 @@ class TrainingShell(pl.LightningModule):
         optimizer = self._optimization.optimizer(self.generator.parameters())
         steps = max(1, int(self.trainer.estimated_stepping_batches))
         schedule = LambdaLR(optimizer, lambda step: self._optimization.factor(min(1.0, (step + 1) / steps)))
-        return [optimizer], [{"scheduler": schedule, "interval": "step"}]
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
     @property
     def progress(self) -> float:
