@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import pickle
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from filelock import FileLock
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from motiongen.errors import InputError
 from motiongen.recognition.recognizer import RecognizerBuilder, TrainedRecognizer
 from motiongen.recognition.training import RecognizerTraining, recognized_share, train
 
@@ -40,7 +42,8 @@ def obtain_recognizer(config: Mapping[str, Any] | DictConfig, data: MotionData, 
         cache: folder that holds `recognizers/<fingerprint>/`. Two processes may ask at once; one of them trains.
 
     Raises:
-        ValueError: a cached file is damaged (the message names it), or the split leaks.
+        InputError: a cached file is damaged; the message names its folder.
+        ValueError: the split leaks.
     """
     settings: Any = OmegaConf.to_container(config, resolve=True) if isinstance(config, DictConfig) else dict(config)
     fingerprint = sha256(json.dumps([REVISION, data.fingerprint, settings], sort_keys=True).encode()).hexdigest()
@@ -81,7 +84,7 @@ def _load(folder: Path, build: RecognizerBuilder, data: MotionData, fingerprint:
         accuracy = float(json.loads((folder / INFO).read_text(encoding="utf-8"))["test_accuracy"])
         weights = torch.load(folder / WEIGHTS, map_location="cpu", weights_only=True)
         recognizer.load_state_dict(weights)
-    except Exception as error:
+    except (OSError, EOFError, KeyError, ValueError, RuntimeError, pickle.UnpicklingError) as error:
         message = f"the cached recognizer in {folder} is damaged; delete that folder to train it anew: {error}"
-        raise ValueError(message) from error
+        raise InputError(message) from error
     return TrainedRecognizer(recognizer.eval(), accuracy, fingerprint, was_trained=False)
