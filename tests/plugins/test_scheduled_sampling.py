@@ -61,3 +61,12 @@ def test_half_way_about_half_of_the_frames_are_predicted():
     assert ((mixed == 0).all(-1) | (mixed == 1).all(-1)).all()
     assert 0.45 < (mixed[..., 0] == 1).float().mean() < 0.55
     assert torch.equal(decoder.seen[:, 0], data.condition.initial_motion[:, -1])
+
+
+def test_as_many_feedbacks_as_frames_give_the_free_running_motion():
+    """After k feedbacks the first k frames are what the decoder makes of its own past."""
+    data = batch((6, 4))
+    generator, scheduled = predict(ScheduledSampling(activate=0.0, accomplish=0.5, feedbacks=6), data, 1.0)
+    free = generator.generate(data.condition, seed=1)
+    mask = data.condition.mask
+    torch.testing.assert_close(scheduled.motion[mask], free[mask], atol=1e-5, rtol=1e-5)

@@ -25,6 +25,8 @@ METRICS_A_REQUEST = 1000
 SECONDS_BETWEEN_REQUESTS = 5.0
 """One request costs up to 90 ms however little it holds, so metrics wait for company."""
 RUN_ID_FILE = "mlflow_run_id"
+MODEL_TRAINING = {"mlflow.experimentKind": "custom_model_development"}
+"""The experiment's tag by which the user interface opens it with metrics and charts, not with traces of prompts."""
 
 
 class MlflowTracker:
@@ -69,7 +71,9 @@ class MlflowTracker:
 
     def _experiment_id(self, client: MlflowClient) -> str:
         found = client.get_experiment_by_name(self.experiment)
-        return str(found.experiment_id) if found else str(client.create_experiment(self.experiment))
+        return (
+            str(found.experiment_id) if found else str(client.create_experiment(self.experiment, tags=MODEL_TRAINING))
+        )
 
     def _continued(self, folder: Path | None) -> str:
         """The id of the run begun in this folder; empty if there is none, or this database does not know it."""
