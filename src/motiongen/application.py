@@ -6,7 +6,7 @@ A module of its own, not `__main__`, so that launchers which run jobs in other p
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import hydra
 from hydra._internal.utils import get_args_parser
@@ -14,7 +14,7 @@ from omegaconf import DictConfig
 
 from motiongen.configuration import HYDRA_VERSION_BASE, check, compose
 from motiongen.discovery import core_conf, options
-from motiongen.errors import InputError
+from motiongen.errors import InputError, input_error
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import completed
 from motiongen.tasks import TASKS
@@ -52,7 +52,7 @@ def _answered(arguments: list[str]) -> bool:
         compose(flags.overrides)
         return False
     config = check(flags.overrides, multirun=flags.multirun or "hydra.mode=MULTIRUN" in flags.overrides)
-    if config.task.name != "list":
+    if not TASKS[config.task.name].answers:
         return False
     run_task(config)
     return True
@@ -63,14 +63,6 @@ def run_task(config: DictConfig) -> None:
     try:
         TASKS[config.task.name].run(config)
     except Exception as error:
-        for cause in _causes(error):
-            if isinstance(cause, InputError):
-                sys.exit(f"motiongen: {cause}")
+        if cause := input_error(error):
+            sys.exit(f"motiongen: {cause}")
         raise
-
-
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    """The error and those it was raised from: Hydra wraps what a constructor raises."""
-    while error is not None:
-        yield error
-        error = error.__cause__

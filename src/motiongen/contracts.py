@@ -126,6 +126,21 @@ class Dimensions:
     width: int
 
 
+class PoseForm(Protocol):
+    """How the stages of a generator see the poses that everything outside of it has in 6D form."""
+
+    features: int
+    """F', numbers of a pose in this form."""
+
+    def encode(self, features: Tensor) -> Tensor:
+        """Clips (B, T, F), frames in order, to (B, T, F'). Frames of zeros are no poses: what comes of them is not used."""
+        ...
+
+    def decode(self, features: Tensor) -> Tensor:
+        """What a decoder gives, (B, T, F') of any values, to (B, T, F); differentiable."""
+        ...
+
+
 class Encoder(Protocol):
     """Condition, and in training the motion, to the distribution of the action-level code."""
 

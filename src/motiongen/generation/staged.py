@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import torch
@@ -19,11 +19,13 @@ from motiongen.contracts import (
     Encoder,
     GeneratorModule,
     MotionBatch,
+    PoseForm,
     Prediction,
     TrainingScheme,
     Unroller,
 )
 from motiongen.generation.embeddings import Embeddings
+from motiongen.generation.pose_forms import Rot6d
 from motiongen.options import PositiveInt
 
 
@@ -31,12 +33,13 @@ class StagedGenerator(GeneratorModule):
     """z ~ encoder, z' = conditioning(z), controls = unroller(z'), motion = decoder(controls).
 
     Args:
-        features: F, numbers of a pose.
+        features: F, numbers of a pose in 6D form, as batches and predictions have it.
         tags: A, size of the tag vocabulary.
         initial_frames: K, frames of the initial motion.
         width: D, of codes, controls and embeddings.
         encoder, conditioning, unroller, decoder: builders of the stages.
         training: how the decoder is shown its past while it learns.
+        pose: from F to the form in which the stages see poses; `dimensions.features` is what it takes for one.
 
     Raises:
         CompositionError: the stages cannot work together, or one of them would have no effect.
@@ -54,9 +57,11 @@ class StagedGenerator(GeneratorModule):
         unroller: Builder[Unroller],
         decoder: Builder[Decoder],
         training: TrainingScheme,
+        pose: Callable[[int], PoseForm] = Rot6d,
     ) -> None:
         super().__init__()
-        self.dimensions = Dimensions(features, tags, initial_frames, width)
+        self.pose = pose(features)
+        self.dimensions = Dimensions(self.pose.features, tags, initial_frames, width)
         embeddings = Embeddings(self.dimensions)
         self.encoder = encoder(self.dimensions, embeddings)
         self.conditioning = conditioning(self.dimensions, embeddings)
@@ -66,12 +71,13 @@ class StagedGenerator(GeneratorModule):
         refuse_what_cannot_work(self.encoder, self.conditioning, self.unroller, self.decoder, training)
 
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
+        batch = encoded(batch, self.pose)
         posterior = self.encoder.posterior(batch)
         latent = posterior.sample(generator)
         code = Code(latent, self.conditioning.reconstruct(latent, batch, generator))
         controls = self.unroller(code, batch.condition)
         prediction = self.scheme(self.decoder, controls, batch, progress, generator)
-        return replace(prediction, posterior=posterior)
+        return replace(decoded(prediction, self.pose), posterior=posterior)
 
     def generate(self, condition: Condition, seed: int) -> Tensor:
         was_training = self.training
@@ -79,15 +85,32 @@ class StagedGenerator(GeneratorModule):
         generator = torch.Generator().manual_seed(seed)
         try:
             with torch.inference_mode():
+                condition = replace(condition, initial_motion=self.pose.encode(condition.initial_motion))
                 latent = self.encoder.prior(condition).sample(generator)
                 code = Code(latent, self.conditioning(latent, condition, generator))
                 controls = self.unroller(code, condition)
-                return self.decoder.generate(controls, condition) * condition.mask.unsqueeze(-1)
+                motion = self.pose.decode(self.decoder.generate(controls, condition))
+                return motion * condition.mask.unsqueeze(-1)
         finally:
             self.train(was_training)
 
     def conclude(self, batches: Iterable[MotionBatch]) -> None:
-        self.conditioning.conclude(batches)
+        self.conditioning.conclude(encoded(batch, self.pose) for batch in batches)
+
+
+def encoded(batch: MotionBatch, pose: PoseForm) -> MotionBatch:
+    """The batch as stages see it. Initial motion and motion are one clip, so a form that is continuous has no seam."""
+    initial, motion = batch.condition.initial_motion, batch.motion
+    clip = pose.encode(torch.cat([initial, motion], dim=1))
+    initial, motion = clip.split([initial.shape[1], motion.shape[1]], dim=1)
+    motion = motion.masked_fill(~batch.condition.mask.unsqueeze(-1), 0.0)
+    return MotionBatch(motion, replace(batch.condition, initial_motion=initial))
+
+
+def decoded(prediction: Prediction, pose: PoseForm) -> Prediction:
+    """What a training scheme made, as objectives see it."""
+    first_pass = None if prediction.first_pass is None else pose.decode(prediction.first_pass)
+    return replace(prediction, motion=pose.decode(prediction.motion), first_pass=first_pass)
 
 
 def refuse_what_cannot_work(

@@ -18,6 +18,8 @@ class Task:
     needs: tuple[str, ...] = ()
     """Top-level keys that may not be null."""
     needs_experiment: bool = False
+    answers: bool = False
+    """Whether it only prints: it runs at once, before Hydra makes a folder."""
 
 
 def _train(config: DictConfig) -> None:
@@ -56,6 +58,12 @@ def _list(config: DictConfig) -> None:
     run(config)
 
 
+def _compositions(config: DictConfig) -> None:
+    from motiongen.tasks.compositions import run
+
+    run(config)
+
+
 MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "generator", "tracker")
 TASKS: dict[str, Task] = {
     "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer"), needs_experiment=True),
@@ -63,5 +71,6 @@ TASKS: dict[str, Task] = {
     "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
-    "list": Task(_list),
+    "list": Task(_list, answers=True),
+    "compositions": Task(_compositions, answers=True),
 }
