@@ -7,6 +7,22 @@ from itertools import groupby
 
 from motiongen.discovery import CORE, Option
 
+BUILT_IN = (CORE, "motiongen_plugins")
+SLOTS = {
+    "generator": "a whole generator; staged has the slots below",
+    "generator/encoder": "condition, and in training the motion, to the distribution of a code z",
+    "generator/conditioning": "z to z', under the condition",
+    "generator/unroller": "z' to one control for every frame",
+    "generator/unroller/query": "a list: what an unroller's query is the sum of",
+    "generator/unroller/branches": "a list: further controls of every frame beside the unrolled code",
+    "generator/decoder": "controls to motion",
+    "generator/decoder/layer_input": "a list: what is added to the input of a decoder's layers",
+    "generator/training": "how the decoder is shown its past while it learns",
+    "generator/pose": "the form in which the stages see a pose",
+    "objective": "what training makes small",
+}
+"""What the options of a group are for, where its name does not say it."""
+
 HELP = """\
 python -m motiongen [+experiment=...] [task=...] [group=option ...] [key=value ...]
 
@@ -43,12 +59,12 @@ def help_text(found: Sequence[Option]) -> str:
 
 
 def table(found: Sequence[Option]) -> str:
-    """Plain text, options of one group together; the plugin is named where an option is not the core's."""
+    """Plain text, options of one group together; an option that another package brought is followed by its plugin."""
     width = max((len(option.name) for option in found), default=0)
     lines: list[str] = []
     for group, members in groupby(found, key=lambda option: option.group):
-        lines += ["", group]
+        lines += ["", f"{group}: {SLOTS[group]}" if group in SLOTS else group]
         for option in members:
-            origin = "" if option.plugin == CORE else f"  [{option.plugin}]"
+            origin = "" if option.plugin.partition(".")[0] in BUILT_IN else f"  [{option.plugin}]"
             lines.append(f"  {option.name:<{width}}  {option.description}{origin}")
     return "\n".join(lines[1:])
