@@ -80,7 +80,8 @@ def main() -> None:
         print(f"  {name}: {1e3 * one.seconds:9.1f} ms, {one.mebibytes:8.1f} MiB, loss {one.loss:.8f}")
     error = (factored.gradient - direct.gradient).norm() / direct.gradient.norm()
     print(f"  relative error: loss {abs(factored.loss / direct.loss - 1):.1e}, gradient {error:.1e}")
-    print(f"  {direct.seconds / factored.seconds:.0f} times faster, {direct.mebibytes / factored.mebibytes:.0f} times less memory")
+    time_ratio, memory_ratio = direct.seconds / factored.seconds, direct.mebibytes / max(factored.mebibytes, 1)
+    print(f"  {time_ratio:.0f} times faster, with {memory_ratio:.0f} times less memory")
 
 
 if __name__ == "__main__":

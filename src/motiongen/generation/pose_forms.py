@@ -1,6 +1,7 @@
 """Forms in which a generator's stages see a pose (ACTOR, appendix A.4): joint rotations, then the pelvis' position.
 
-Outside of a generator a pose is in 6D form (motiongen.motion.representation); losses, metrics and exports know no other.
+Outside of a generator a pose is in 6D form (motiongen.motion.representation): losses, metrics and exports know no
+other.
 """
 
 from __future__ import annotations
@@ -66,8 +67,8 @@ class RotationForm:
 class Matrix(RotationForm):
     """The nine entries, row by row; what a decoder gives is taken to the nearest rotation.
 
-    By special orthogonal Procrustes (Levinson et al. 2020), which treats all nine alike: Gram-Schmidt would never look at
-    the third column, so that a third of a decoder's output would learn nothing.
+    By special orthogonal Procrustes (Levinson et al. 2020), which treats all nine alike: Gram-Schmidt would never look
+    at the third column, so that a third of a decoder's output would learn nothing.
     """
 
     numbers: ClassVar[int] = 9

@@ -66,8 +66,8 @@ class FactoredSkinning:
 
         v_i = sum_j w_ij (R_j (r_i - c_j) + p_j) = A x_i,   A = [A_1 ... A_J],   x_i = [w_ij (r_i - c_j), w_ij]_j
 
-    with vertices r_i and joints c_j of the rest pose. So the error of all vertices is a quadratic form in the difference
-    of the transforms, whose Gram matrix (4J x 4J) follows from the body alone:
+    with vertices r_i and joints c_j of the rest pose. So the error of all vertices is a quadratic form in the
+    difference of the transforms, whose Gram matrix (4J x 4J) follows from the body alone:
 
         sum_i |dA x_i|^2 = tr(dA G dA^T) = |dA L|^2,   G = sum_i x_i x_i^T = L L^T
     """
