@@ -133,7 +133,7 @@ class PoseForm(Protocol):
     """F', numbers of a pose in this form."""
 
     def encode(self, features: Tensor) -> Tensor:
-        """Clips (B, T, F), frames in order, to (B, T, F'). Padding, all zeros, is no pose: what comes of it is not used."""
+        """Clips (B, T, F), frames in order, to (B, T, F'). Padding is no pose: what comes of it is not used."""
         ...
 
     def decode(self, features: Tensor) -> Tensor:
