@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import product
+from types import SimpleNamespace
 
 import pytest
 import torch
 from hydra.utils import instantiate
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from motiongen.configuration import ConfigurationError, compose
 from motiongen.contracts import GeneratorModule, MotionBatch
@@ -23,11 +24,13 @@ from motiongen.errors import input_error
 from motiongen.generation.checkpoint import load_generator, save_generator
 from motiongen.objectives.objective import Objective
 from motiongen.options_check import problems_in
-from motiongen.tasks.assembly import untrained_generator
+from motiongen.tasks.assembly import build_generator
 from tests.compositions import TAGS, batch, skeleton
 
 LISTS = ("generator/unroller/query", "generator/unroller/branches", "generator/decoder/layer_input")
 NAMES = tuple(f"tag {number}" for number in range(TAGS))
+VOCABULARY = SimpleNamespace(tags=NAMES)
+"""All that a generator has to know of the data."""
 TOLERANCE = {"atol": 2e-5, "rtol": 2e-5}
 
 
@@ -53,7 +56,7 @@ def experiments() -> dict[str, DictConfig]:
 
 
 def generator_of(config: DictConfig, seed: int = 0) -> GeneratorModule:
-    return untrained_generator(config, NAMES, seed)
+    return build_generator(OmegaConf.merge(config, {"seed": seed}), VOCABULARY)
 
 
 def candidates(option: Option) -> Iterator[tuple[str, ...]]:

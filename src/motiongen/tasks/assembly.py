@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import torch
@@ -32,15 +31,10 @@ def build_data(config: DictConfig) -> MotionData:
 
 def build_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
     """The composition of `config.generator` for this data; its first weights depend on `config.seed` alone."""
-    return untrained_generator(config, data.tags, config.seed)
-
-
-def untrained_generator(config: DictConfig, tags: Sequence[str], seed: int) -> GeneratorModule:
-    """The composition of `config.generator` for a tag vocabulary, with weights that depend on the seed alone."""
     with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
+        torch.manual_seed(config.seed)
         generator: GeneratorModule = instantiate(config.generator)(
-            features=FEATURES, tags=len(tags), initial_frames=INITIAL_FRAMES
+            features=FEATURES, tags=len(data.tags), initial_frames=INITIAL_FRAMES
         )
     return generator
 
