@@ -9,6 +9,11 @@ from motiongen.motion.representation import ROTATION, TRANSLATION, unpack
 from motiongen.motion.skeleton import Skeleton
 
 
+def pose(features: Tensor, skeleton: Skeleton) -> Tensor:
+    """P_t: all pose features as they are (ACTOR, section 3.2), (..., F)."""
+    return features
+
+
 def rotation(features: Tensor, skeleton: Skeleton) -> Tensor:
     """R_t: all joints' rotations in 6D form, (..., 132)."""
     return features[..., ROTATION]
