@@ -17,10 +17,18 @@ ROWS = [
 ]
 
 
-def data(cache: Path, seed: int = 0, max_frames: int = 60, draws: int = 1) -> MotionData:
-    source = ListedSource(ROWS, frozenset({"walk"}))
+def data(
+    cache: Path, seed: int = 0, max_frames: int = 60, draws: int = 1, min_frames: int = 20, random_length: bool = False
+) -> MotionData:
     return MotionData(
-        source=source, cache=str(cache), seed=seed, batch_size=4, max_frames=max_frames, min_frames=20, draws=draws
+        source=ListedSource(ROWS, frozenset({"walk"})),
+        cache=str(cache),
+        seed=seed,
+        batch_size=4,
+        max_frames=max_frames,
+        min_frames=min_frames,
+        draws=draws,
+        random_length=random_length,
     )
 
 
@@ -66,6 +74,24 @@ def test_draws_multiply_an_epoch(tmp_path: Path) -> None:
     run = data(tmp_path, draws=3)
     lengths = torch.cat([batch.condition.lengths for batch in run.train_batches(0)])
     assert len(lengths) == 3 * len(run.split.train)
+
+
+def test_one_length_for_all_where_least_and_most_are_the_same(tmp_path: Path) -> None:
+    run = data(tmp_path, max_frames=60, min_frames=60)
+    assert {len(clip) >= 60 for clip in (*run.split.train, *run.split.test)} == {True}
+    for batches in (run.train_batches(0), run.test_batches(3), run.train_windows(3)):
+        assert set(torch.cat([batch.condition.lengths for batch in batches]).tolist()) == {60}
+
+
+def test_training_windows_of_random_length_leave_the_test_windows_alone(tmp_path: Path) -> None:
+    fixed, random = (data(tmp_path, max_frames=80, min_frames=40, random_length=chosen) for chosen in (False, True))
+    lengths = torch.cat([batch.condition.lengths for epoch in range(9) for batch in random.train_batches(epoch)])
+    assert lengths.min() >= 40
+    assert lengths.max() <= 80
+    assert len(lengths.unique()) > 20
+    assert same(list(random.train_batches(3)), list(random.train_batches(3)))
+    assert same(list(random.test_batches(3)), list(fixed.test_batches(3)))
+    assert random.fingerprint == fixed.fingerprint
 
 
 def test_test_batches_hold_all_test_windows_and_never_change(tmp_path: Path) -> None:

@@ -80,6 +80,18 @@ def test_random_windows_stay_inside_and_reach_both_ends() -> None:
     assert random_window(clip, 40, rng) == clip
 
 
+def test_windows_of_random_length_cover_all_that_fit() -> None:
+    clip = Clip(0, 0, start=10, stop=22, initial_start=4)
+    rng = np.random.default_rng(0)
+    windows = [random_window(clip, 9, rng, min_frames=7) for _ in range(400)]
+    assert {(window.start, len(window)) for window in windows} == {
+        (start, length) for length in (7, 8, 9) for start in range(10, 22 - length + 1)
+    }
+    counts = [sum(len(window) == length for window in windows) for length in (7, 8, 9)]
+    assert min(counts) > 100, "lengths are drawn uniformly"
+    assert {len(random_window(clip, 99, rng, min_frames=12)) for _ in range(5)} == {12}
+
+
 def test_batches_hold_everything_once_and_waste_little() -> None:
     rng = np.random.default_rng(0)
     lengths = rng.integers(20, 151, size=1000).tolist()

@@ -23,8 +23,9 @@ from motiongen.options import PositiveInt, Share
 class MotionData:
     """A data set, split and windowed, as batches.
 
-    Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch; test clips are
-    cut into consecutive windows once. The split and every epoch's windows and batches follow from the seed.
+    Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
+    the clip allows or, with `random_length`, of any length from `min_frames` on. Test clips are cut into consecutive
+    windows once. The split and every epoch's windows and batches follow from the seed.
 
     Raises:
         InputError: `max_frames` below `min_frames`.
@@ -44,6 +45,7 @@ class MotionData:
         test_cap: PositiveInt = 100,
         min_clips: PositiveInt = 5,
         draws: PositiveInt = 1,
+        random_length: bool = False,
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
@@ -62,6 +64,7 @@ class MotionData:
         self._max_frames = max_frames
         self._min_frames = min_frames
         self._draws = draws
+        self._shortest = min_frames if random_length else None
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -85,7 +88,7 @@ class MotionData:
     def train_batches(self, epoch: int) -> DataLoader[Item]:
         """The batches of one epoch: MotionBatch objects, in an order and of windows that only (seed, epoch) decide."""
         windows = [
-            random_window(clip, self._max_frames, np.random.default_rng((self._seed, epoch, index)))
+            random_window(clip, self._max_frames, np.random.default_rng((self._seed, epoch, index)), self._shortest)
             for index, clip in enumerate(self.split.train * self._draws)
         ]
         rng = np.random.default_rng((self._seed, epoch))

@@ -94,12 +94,17 @@ def collate(items: Ordered[Item]) -> MotionBatch:
     )
 
 
-def random_window(clip: Clip, max_frames: int, rng: np.random.Generator) -> Clip:
-    """The clip itself, or where it is longer a window of `max_frames` at a random place."""
-    if len(clip) <= max_frames:
+def random_window(clip: Clip, max_frames: int, rng: np.random.Generator, min_frames: int | None = None) -> Clip:
+    """A window of `max_frames` at a random place, or the clip itself where it is not longer.
+
+    With `min_frames`, the window's length is drawn uniformly from there to the longest that fits.
+    """
+    longest = min(len(clip), max_frames)
+    length = longest if min_frames is None else int(rng.integers(min_frames, longest, endpoint=True))
+    if length == len(clip):
         return clip
-    start = int(rng.integers(clip.start, clip.stop - max_frames, endpoint=True))
-    return clip.window(start, start + max_frames)
+    start = int(rng.integers(clip.start, clip.stop - length, endpoint=True))
+    return clip.window(start, start + length)
 
 
 def bucketed(lengths: Ordered[int], batch_size: int, rng: np.random.Generator) -> list[list[int]]:
