@@ -25,6 +25,7 @@ def test_an_experiment_fills_the_open_slots() -> None:
 
 def test_the_experiments_of_the_core_pass_the_check() -> None:
     assert check(MARIONETTE).name == "marionette"
+    assert check(["+experiment=actor"]).name == "actor"
     assert check(["+experiment=recognizer"]).task.name == "train_recognizer"
 
 
@@ -91,6 +92,12 @@ def test_all_problems_are_told_at_once() -> None:
 
 def test_training_needs_an_experiment() -> None:
     assert "+experiment=marionette" in problem("task=train")
+
+
+def test_an_experiment_tells_what_it_needs() -> None:
+    assert problem("+experiment=actor_variable_length") == "init must be given: init=..."
+    assert check(["+experiment=actor_variable_length", "init=runs/somewhere"]).init == "runs/somewhere"
+    assert check(["+experiment=actor_variable_length", "task=prepare"]).data.random_length
 
 
 def test_an_experiment_is_added() -> None:

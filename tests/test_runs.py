@@ -42,8 +42,22 @@ def test_a_run_without_a_checkpoint_cannot_go_on(run: Path) -> None:
         completed([f"resume={run}"])
 
 
+def test_training_from_a_run_takes_nothing_else_of_it(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (run / "generator.pt").touch()
+    monkeypatch.chdir(run.parent)
+    arguments = completed(["+experiment=y", "init=it's one", "seed=2"])
+    quoted = str(run).replace("'", "\\'")
+    assert arguments == ["+experiment=y", "seed=2", f"init='{quoted}'"]
+    assert completed(["+experiment=y", "init=null"]) == ["+experiment=y", "init=null"]
+
+
+def test_training_from_a_run_needs_its_generator(run: Path) -> None:
+    with pytest.raises(RunError, match=r"init: .* has no generator\.pt: its training did not finish"):
+        completed(["+experiment=y", f"init={run}"])
+
+
 def test_a_folder_that_is_not_a_run_is_refused(tmp_path: Path) -> None:
-    for key in ("resume", "run"):
+    for key in ("resume", "run", "init"):
         with pytest.raises(RunError, match=rf"{key}: .* is not the folder of a run"):
             completed([f"{key}={tmp_path}"])
 

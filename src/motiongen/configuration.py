@@ -87,7 +87,8 @@ def _check_one(config: DictConfig) -> None:
             f"task={name} needs an experiment: add +experiment={names[0] if names else '...'}\n"
             f"{_list('experiments', names)}"
         )
-    problems += [f"{key} must be given: {key}=..." for key in task.needs if config.get(key) is None]
+    needed = [*task.needs, *(key for key in config.needs if key in task.reads)]
+    problems += [f"{key} must be given: {key}=..." for key in needed if config.get(key) is None]
     problems += problems_in(config, task.reads)
     if "data" in task.reads:
         problems += _missing_data(config)

@@ -20,9 +20,9 @@ WIDTH_STEP = 8
 LONGEST_RUN_NAME = 120
 SHOWN_ELSEWHERE = {
     *("task", "experiment", "name", "data", "scale", "seed"),
-    *("tracker", "cache", "run", "resume", "data.source.root"),
+    *("tracker", "cache", "run", "resume", "init", "data.source.root"),
 }
-"""Overrides that a run name shows in a place of their own, or that change nothing about what runs."""
+"""Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
 
 
 def _factor(root: Container, name: str) -> float:

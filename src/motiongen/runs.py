@@ -1,4 +1,7 @@
-"""Command lines that name an earlier run: its stored overrides stand in for what the user would have to type again."""
+"""Command lines that name an earlier run: what is wanted of it is checked before anything heavy is loaded.
+
+With `resume` and `run`, its stored overrides stand in for what the user would have to type again.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +26,15 @@ class RunError(InputError):
 
 
 def completed(arguments: list[str]) -> list[str]:
-    """A command line with `resume=<folder>` or `run=<folder>` made whole; any other as it is.
+    """A command line with `resume=<folder>` or `run=<folder>` made whole, and `init=<folder>` checked.
 
     Raises:
         RunError: the folder holds no run, or not what is needed to use it.
     """
-    resume, run = _value(arguments, "resume"), _value(arguments, "run")
+    resume, run, init = (_value(arguments, key) for key in ("resume", "run", "init"))
+    if init is not None:
+        _require_generator(init, "init")
+        arguments = [*_without(arguments, {"init"}), _override("init", init)]
     if resume is not None:
         return _resumed(arguments, resume)
     return arguments if run is None else _reopened(arguments, run)
@@ -53,11 +59,17 @@ def _resumed(arguments: list[str], folder: Path) -> list[str]:
 def _reopened(arguments: list[str], folder: Path) -> list[str]:
     """The run's configuration, and what is typed now on top of it."""
     stored = _stored(folder, "run")
-    if not (folder / GENERATOR_FILE).is_file():
-        raise RunError(f"run: {folder} has no {GENERATOR_FILE}: its training did not finish; resume={folder} goes on")
+    _require_generator(folder, "run")
     typed = _without(arguments, {"run"})
     again = {_key(text) for text in typed} | {"task", "run", "resume"}
     return [*_without(stored, again), *typed, _override("run", folder)]
+
+
+def _require_generator(folder: Path, key: str) -> None:
+    """Raises RunError unless the folder is that of a run which finished its training."""
+    _stored(folder, key)
+    if not (folder / GENERATOR_FILE).is_file():
+        raise RunError(f"{key}: {folder} has no {GENERATOR_FILE}: its training did not finish; resume={folder} goes on")
 
 
 def _stored(folder: Path, key: str) -> list[str]:

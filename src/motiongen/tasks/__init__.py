@@ -14,7 +14,7 @@ class Task:
 
     run: Callable[[DictConfig], None]
     reads: tuple[str, ...] = ()
-    """Top-level sections of the configuration that must be complete and right."""
+    """Top-level sections and keys of the configuration that must be complete and right."""
     needs: tuple[str, ...] = ()
     """Top-level keys that may not be null."""
     needs_experiment: bool = False
@@ -66,7 +66,7 @@ def _compositions(config: DictConfig) -> None:
 
 MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "generator", "tracker")
 TASKS: dict[str, Task] = {
-    "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer"), needs_experiment=True),
+    "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer", "init"), needs_experiment=True),
     "evaluate": Task(_evaluate, MEASURING, needs=("run",)),
     "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
     "prepare": Task(_prepare, ("scale", "data")),

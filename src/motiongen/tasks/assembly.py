@@ -41,9 +41,18 @@ def build_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
 
 def trained_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
     """The generator that the run in the folder `config.run` trained."""
+    return _load(config.run, build_generator(config, data), data).eval()
+
+
+def first_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
+    """What training starts from: the generator of the run in the folder `config.init`, or an untrained one."""
     generator = build_generator(config, data)
-    load_generator(Path(config.run) / GENERATOR_FILE, generator, data.tags)
-    return generator.eval()
+    return generator if config.init is None else _load(config.init, generator, data)
+
+
+def _load(run: str, generator: GeneratorModule, data: MotionData) -> GeneratorModule:
+    load_generator(Path(run) / GENERATOR_FILE, generator, data.tags)
+    return generator
 
 
 def build_body(config: DictConfig, data: MotionData) -> Body:

@@ -9,7 +9,7 @@ from motiongen.generation.checkpoint import save_generator
 from motiongen.generation.fitting import fit
 from motiongen.generation.lightning import TrainingShell
 from motiongen.runs import GENERATOR_FILE
-from motiongen.tasks.assembly import build_data, build_generator, run_folder
+from motiongen.tasks.assembly import build_data, first_generator, run_folder
 from motiongen.tasks.judging import judge
 from motiongen.tasks.previews import write_previews
 from motiongen.tasks.record import Record
@@ -21,7 +21,7 @@ def run(config: DictConfig) -> None:
     with Record(config, folder) as record:
         data = build_data(config)
         record.data(data)
-        generator = build_generator(config, data)
+        generator = first_generator(config, data)
         shell = TrainingShell(
             generator, instantiate(config.objective), data.skeleton, instantiate(config.optimizer), config.seed
         )
