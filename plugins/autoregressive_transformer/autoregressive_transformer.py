@@ -30,6 +30,7 @@ class AutoregressiveTransformer(nn.Module):
     reads: ClassVar[frozenset[str]] = frozenset({"initial_motion"})
     uses: ClassVar[frozenset[str]] = frozenset({"memory"})
     autoregressive: ClassVar[bool] = True
+    keeps_time: ClassVar[bool] = True
 
     def __init__(
         self,

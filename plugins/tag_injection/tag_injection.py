@@ -14,6 +14,7 @@ class TagInjection(QueryMechanism):
     """The embedded current tag, added to every frame's query, so that the tag is not drowned by the context."""
 
     reads: ClassVar[frozenset[str]] = frozenset({"tags"})
+    keeps_time: ClassVar[bool] = False
 
     def __init__(self, dimensions: Dimensions, embeddings: Embeddings) -> None:
         super().__init__()

@@ -54,6 +54,7 @@ class TimeUnrolling(nn.Module):
         built = {name: build(dimensions, embeddings) for name, build in branches.items()}
         parts: list[QueryMechanism | ControlBranch] = [*mechanisms.values(), *built.values()]
         self.reads = frozenset({"mask"}).union(*(part.reads for part in parts))
+        self.keeps_time = any(part.keeps_time for part in parts)
         self.query = nn.ModuleDict(mechanisms)
         self.branches = nn.ModuleDict(built)
         width = dimensions.width

@@ -189,6 +189,11 @@ class Unroller(Protocol):
         """Which of `queries` and `memory` depend on the code."""
         ...
 
+    @property
+    def keeps_time(self) -> bool:
+        """Whether its queries tell one frame from another."""
+        ...
+
     def __call__(self, code: Code, condition: Condition) -> Controls: ...
 
 
@@ -196,6 +201,8 @@ class QueryMechanism(nn.Module):
     """One summand of an unroller's query."""
 
     reads: ClassVar[frozenset[str]]
+    keeps_time: ClassVar[bool] = True
+    """Whether it tells one frame from another."""
 
     def forward(self, condition: Condition) -> Tensor:
         """(B, T, D), or a shape that broadcasts to it."""
@@ -206,6 +213,8 @@ class ControlBranch(nn.Module):
     """Further frame-level controls, concatenated to the unrolled codes."""
 
     reads: ClassVar[frozenset[str]]
+    keeps_time: ClassVar[bool] = True
+    """Whether it tells one frame from another."""
     width: int
     """Features that it takes of the D of every frame's control."""
 
@@ -237,6 +246,8 @@ class Decoder(Protocol):
 
     autoregressive: ClassVar[bool]
     """Whether `forward` depends on `past`."""
+    keeps_time: ClassVar[bool]
+    """Whether it tells one frame from another even where their queries are the same."""
 
     def __call__(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
         """Predict every frame from the one before: past (B, T, F) is the motion shifted one frame to the right."""

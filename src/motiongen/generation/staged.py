@@ -133,6 +133,12 @@ def refuse_what_cannot_work(
             f"{type(unroller).__name__} puts the code into {_listed(unroller.carries)}, and {type(decoder).__name__} "
             f"reads {_listed(decoder.uses)} alone, so the code would never reach it; choose another generator/unroller"
         )
+    if not (decoder.keeps_time or unroller.keeps_time):
+        raise CompositionError(
+            f"{type(unroller).__name__} gives every frame the same query, and {type(decoder).__name__} tells frames "
+            "apart by nothing else, so the motion would stand still; choose another generator/unroller or "
+            "generator/decoder"
+        )
     if not any("tags" in stage.reads for stage in (encoder, conditioning, unroller, decoder)):
         stages = ", ".join(type(stage).__name__ for stage in (encoder, conditioning, unroller, decoder))
         raise CompositionError(
