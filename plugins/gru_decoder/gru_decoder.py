@@ -26,6 +26,7 @@ class GRUDecoder(nn.Module):
     reads: ClassVar[frozenset[str]] = frozenset()
     uses: ClassVar[frozenset[str]] = frozenset({"queries"})
     autoregressive: ClassVar[bool] = False
+    keeps_time: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -17,6 +17,7 @@ class LinearTime(nn.Module):
 
     reads: ClassVar[frozenset[str]] = frozenset({"mask"})
     carries: ClassVar[frozenset[str]] = frozenset({"queries", "memory"})
+    keeps_time: ClassVar[bool] = True
 
     def __init__(self, dimensions: Dimensions, embeddings: Embeddings) -> None:
         super().__init__()

@@ -66,7 +66,10 @@ class Objective:
         self.passes = (first_pass, last_pass)
 
     def terms(self, prediction: Prediction, batch: MotionBatch, skeleton: Skeleton) -> dict[str, Tensor]:
-        """Unweighted scalars: `rotation`, `rotation_velocity`, ..., `kl`, and `first_pass/...` for a first pass."""
+        """Unweighted scalars: `rotation`, `rotation_velocity`, ..., `kl`, and `first_pass/...` for a first pass.
+
+        Velocities are left out where their weight is zero.
+        """
         targets = {name: quantity(batch.motion, skeleton) for name, quantity in self.quantities.items()}
         mask = batch.condition.mask
         named = self._reconstruction(prediction.motion, targets, mask, skeleton)
@@ -101,7 +104,8 @@ class Objective:
         for name, target in targets.items():
             predicted = self.quantities[name](motion, skeleton)
             named[name] = squared_error(predicted, target, mask)
-            named[name + VELOCITY] = velocity_error(predicted, target, mask)
+            if self.velocity:
+                named[name + VELOCITY] = velocity_error(predicted, target, mask)
         return named
 
 
