@@ -6,7 +6,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from motiongen.contracts import Dimensions
+from motiongen.contracts import CompositionError, Dimensions
 from motiongen.generation.pooling import masked_mean
 from motiongen.generation.temporal_convolution import TemporalConvolution, dilation_of
 from motiongen.motion.skeleton import JOINTS, PARENTS
@@ -35,6 +35,9 @@ class ActionAwareEncoder(nn.Module):
         candidates: adjacency matrices that each of them blends.
         temporal_layers: temporal convolutions, with dilations 1, 2, 4, repeated.
         kernel: frames of their kernels.
+
+    Raises:
+        CompositionError: the pose is not the same count of numbers for each joint and a position.
     """
 
     def __init__(
@@ -48,7 +51,12 @@ class ActionAwareEncoder(nn.Module):
         kernel: PositiveInt,
     ) -> None:
         super().__init__()
-        joint = (dimensions.features - 3) // JOINTS
+        joint, rest = divmod(dimensions.features - 3, JOINTS)
+        if rest:
+            raise CompositionError(
+                f"film takes poses of {JOINTS} joints and a position, not of {dimensions.features} numbers; "
+                "choose another generator/conditioning"
+            )
         self.label = nn.Linear(dimensions.tags, joint)
         self.position = nn.Linear(3, joint)
         graph = normalized_graph(NODES, LINKS)

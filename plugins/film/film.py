@@ -25,6 +25,9 @@ class FiLM(Conditioning):
     Args:
         interpolation: how far two of the action's entries may be mixed in use, 0 (one of them as it is) to 1.
         channels, graph_layers, candidates, temporal_layers, kernel: of the action-aware encoder.
+
+    Raises:
+        CompositionError: poses that the action-aware encoder cannot take apart into joints.
     """
 
     reads: ClassVar[frozenset[str]] = frozenset({"tags"})

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from motiongen.contracts import MotionBatch
+from motiongen.contracts import CompositionError, MotionBatch
 from motiongen.generation.embeddings import Embeddings
 from motiongen.motion.skeleton import JOINT
 from motiongen_plugins.film.action_aware_encoder import LABEL, LINKS, NODES, POSITION
@@ -101,6 +101,12 @@ def test_fusion_puts_joints_position_and_label_side_by_side(joint):
     assert torch.equal(nodes[:, :, 7], motion[..., 7 * joint : 8 * joint])
     torch.testing.assert_close(nodes[:, :, POSITION], encoder.position(motion[..., -3:]))
     torch.testing.assert_close(nodes[0, 3, LABEL], encoder.label.weight[:, 0] + encoder.label.bias)
+
+
+def test_a_pose_that_is_not_made_of_joints_is_refused():
+    dimensions = replace(DIMENSIONS, features=134)
+    with pytest.raises(CompositionError, match="22 joints and a position, not of 134 numbers"):
+        FiLM(dimensions, Embeddings(dimensions), interpolation=0.0, **FILM)
 
 
 def test_the_label_reaches_the_parameters():
