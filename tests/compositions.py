@@ -20,6 +20,7 @@ from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
 from motiongen_plugins.trajectory_branch.trajectory_branch import TrajectoryBranch
 
 TAGS = 5
+STYLES = 3
 INITIAL_FRAMES = 6
 WIDTH = 32
 
@@ -72,4 +73,5 @@ def batch(lengths: tuple[int, ...], frames: int | None = None, seed: int = 0) ->
         initial[row] = torch.randn(INITIAL_FRAMES, FEATURES, generator=generator)
         mask[row, :length] = True
     tags = torch.eye(TAGS)[torch.arange(len(lengths)) % TAGS]
-    return MotionBatch(motions, Condition(tags, tags.roll(1, dims=0), initial, paths, mask))
+    styles = torch.eye(STYLES)[torch.arange(len(lengths)) % STYLES]
+    return MotionBatch(motions, Condition(tags, tags.roll(1, dims=0), initial, paths, mask, styles))

@@ -37,6 +37,8 @@ class Condition:
     """(B, T, 2): ground-plane root position in the canonical frame, metres; zero where it is not specified."""
     mask: Tensor
     """(B, T) bool: True for the frames to generate."""
+    styles: Tensor
+    """(B, S) multi-hot: the manner of the action; zero where it is unknown. S is 0 for data without styles."""
 
     @property
     def lengths(self) -> Tensor:
@@ -124,6 +126,7 @@ class Dimensions:
     tags: int
     initial_frames: int
     width: int
+    styles: int = 0
 
 
 class PoseForm(Protocol):

@@ -25,11 +25,11 @@ from motiongen.generation.checkpoint import load_generator, save_generator
 from motiongen.objectives.objective import Objective
 from motiongen.options_check import problems_in
 from motiongen.tasks.assembly import build_generator
-from tests.compositions import TAGS, batch, skeleton
+from tests.compositions import STYLES, TAGS, batch, skeleton
 
 LISTS = ("generator/unroller/query", "generator/unroller/branches", "generator/decoder/layer_input")
 NAMES = tuple(f"tag {number}" for number in range(TAGS))
-VOCABULARY = SimpleNamespace(tags=NAMES)
+VOCABULARY = SimpleNamespace(tags=NAMES, styles=tuple(f"style {number}" for number in range(STYLES)))
 """All that a generator has to know of the data."""
 TOLERANCE = {"atol": 2e-5, "rtol": 2e-5}
 

@@ -44,9 +44,17 @@ class ListedSource:
 
 
 def session(name: str, segments: Ordered[tuple[int, int, str]], frames: int, group: str | None = None) -> Sequence:
-    """A sequence with a smooth random walk of all features; a segment's last entry is its tags, split at commas."""
+    """A sequence with a smooth random walk of all features.
+
+    A segment's last entry is its tags, split at commas; after `@` come its styles in the same way.
+    """
     generator = torch.Generator().manual_seed(sum(name.encode()))
     features = torch.randn(frames, FEATURES, generator=generator)
     features[:, TRANSLATION] = 0.02 * features[:, TRANSLATION].cumsum(dim=0)
-    cut = tuple(Segment(start, stop, tuple(tags.split(","))) for start, stop, tags in segments)
+    cut = tuple(Segment(start, stop, *_labels(labels)) for start, stop, labels in segments)
     return Sequence(name, group or name, features, cut)
+
+
+def _labels(text: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    tags, _, styles = text.partition("@")
+    return tuple(tags.split(",")), tuple(styles.split(",")) if styles else ()

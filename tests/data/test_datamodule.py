@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -18,7 +20,13 @@ ROWS = [
 
 
 def data(
-    cache: Path, seed: int = 0, max_frames: int = 60, draws: int = 1, min_frames: int = 20, random_length: bool = False
+    cache: Path,
+    seed: int = 0,
+    max_frames: int = 60,
+    draws: int = 1,
+    min_frames: int = 20,
+    random_length: bool = False,
+    hidden_labels: float = 0.0,
 ) -> MotionData:
     return MotionData(
         source=ListedSource(ROWS, frozenset({"walk"})),
@@ -29,6 +37,7 @@ def data(
         min_frames=min_frames,
         draws=draws,
         random_length=random_length,
+        hidden_labels=hidden_labels,
     )
 
 
@@ -117,3 +126,26 @@ def test_the_fingerprint_tells_what_is_trained_and_tested_on(tmp_path: Path) -> 
 def test_windows_that_cannot_be_cut_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"data\.max_frames \(10\) is below data\.min_frames \(20\)"):
         data(tmp_path, max_frames=10)
+
+
+def labelled(batches: Iterable[MotionBatch]) -> Counter[tuple[bool, ...]]:
+    """How many clips come with each tag vector."""
+    return Counter(tuple((row > 0).tolist()) for batch in batches for row in batch.condition.tags)
+
+
+def test_a_share_of_the_training_clips_hides_its_labels_and_nothing_else_does(tmp_path: Path) -> None:
+    run = data(tmp_path, hidden_labels=0.75)
+    unknown = (False, False)
+    for epoch in range(3):
+        counts = labelled(run.train_batches(epoch))
+        assert counts[unknown] == round(0.75 * len(run.split.train))
+        assert set(counts) == {unknown, (True, False), (False, True)}
+    assert unknown not in labelled(run.test_batches(4))
+    assert unknown not in labelled(run.train_windows(4))
+    assert same(list(run.train_batches(0)), list(data(tmp_path).train_batches(0))), "the motion is the same"
+    assert run.fingerprint == data(tmp_path).fingerprint
+
+
+def test_every_tag_keeps_a_labelled_clip(tmp_path: Path) -> None:
+    counts = labelled(data(tmp_path, hidden_labels=1.0).train_batches(0))
+    assert counts[(True, False)] == counts[(False, True)] == 1

@@ -49,6 +49,30 @@ def test_a_window_that_ends_early_is_followed_by_its_own_action(store: ClipStore
     assert last.next_tags.tolist() == [0, 0, 0]
 
 
+def test_styles_are_those_of_the_segment_and_zero_where_there_are_none(tmp_path: Path) -> None:
+    styled = session("styled", [(0, 40, "walk@sad,old"), (40, 80, "wave"), (80, 120, "wave@angry")], 120)
+    store = ClipStore.open(ListedSource([styled]), tmp_path)
+    assert store.styles == ("angry", "old", "sad")
+    clips = [Clip(0, 0, 6, 40, 0), Clip(0, 1, 40, 80, 34), Clip(0, 2, 80, 120, 74)]
+    items = [MotionDataset(store, TAGS, clips)[index] for index in range(3)]
+    assert [item.styles.tolist() for item in items] == [[0, 1, 1], [0, 0, 0], [1, 0, 0]]
+    assert collate(items).condition.styles.shape == (3, 3)
+
+
+def test_data_without_styles_has_style_vectors_without_columns(store: ClipStore) -> None:
+    assert store.styles == ()
+    assert collate([MotionDataset(store, TAGS, [WALK])[0]]).condition.styles.shape == (1, 0)
+
+
+def test_hidden_segments_come_without_labels(store: ClipStore) -> None:
+    shown, hidden = (
+        MotionDataset(store, TAGS, WAVE.windows(40, 10), hidden=frozenset({key}))[0] for key in [(0, 0), (0, 1)]
+    )
+    assert shown.tags.tolist() == shown.next_tags.tolist() == [1, 0, 1]
+    assert hidden.tags.tolist() == hidden.next_tags.tolist() == [0, 0, 0]
+    assert torch.equal(shown.motion, hidden.motion)
+
+
 def test_only_actions_that_travel_have_a_trajectory(store: ClipStore) -> None:
     walk, wave = (MotionDataset(store, TAGS, [WALK, WAVE])[index] for index in range(2))
     assert torch.equal(walk.trajectory, walk.motion[:, TRANSLATION][:, :2])

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 import torch
@@ -102,9 +102,7 @@ def test_order_of_the_batch_does_not_matter():
     generator, data = marionet().eval(), batch((9, 9, 9))
     order = torch.tensor([2, 0, 1])
     condition = data.condition
-    shuffled = type(condition)(
-        *(getattr(condition, name)[order] for name in ("tags", "next_tags", "initial_motion", "trajectory", "mask"))
-    )
+    shuffled = type(condition)(**{field.name: getattr(condition, field.name)[order] for field in fields(condition)})
     with torch.no_grad():
         straight = generator.encoder.prior(condition)
         turned = generator.encoder.prior(shuffled)

@@ -32,6 +32,19 @@ def test_every_action_continues_where_the_last_one_ended():
     torch.testing.assert_close(heading(motion.features), torch.full((18,), torch.pi / 2), atol=1e-5, rtol=1e-5)
 
 
+def test_the_style_is_that_of_every_action():
+    seen = []
+
+    class Keeps(Walker):
+        def generate(self, condition, seed):
+            seen.append(condition.styles.tolist())
+            return super().generate(condition, seed)
+
+    steps = [Step(torch.tensor([1.0]), 5), Step(torch.tensor([1.0]), 7)]
+    synthesize(Keeps(), standing(6), steps, seed=0, styles=torch.tensor([0.0, 1.0]))
+    assert seen == [[[0.0, 1.0]]] * 2
+
+
 def test_turning_the_start_turns_the_whole_motion():
     generator, tags = marionet().eval(), torch.eye(5)
     steps = [Step(tags[0], 9), Step(tags[2], 7, trajectory=torch.randn(7, 2))]

@@ -24,6 +24,8 @@ class Segment:
     start: int
     stop: int
     tags: tuple[str, ...]
+    styles: tuple[str, ...] = ()
+    """The manner in which it is done; empty where that is not labelled."""
 
 
 @dataclass(frozen=True)

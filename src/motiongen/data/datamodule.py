@@ -13,7 +13,7 @@ from torch.utils.data import DataLoader
 
 from motiongen.data.clips import Source
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
-from motiongen.data.splits import Clip, split
+from motiongen.data.splits import Clip, split, without_labels
 from motiongen.data.store import ClipStore
 from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
@@ -26,6 +26,9 @@ class MotionData:
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
     the clip allows or, with `random_length`, of any length from `min_frames` on. Test clips are cut into consecutive
     windows once. The split and every epoch's windows and batches follow from the seed.
+
+    Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
+    every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
 
     Raises:
         InputError: `max_frames` below `min_frames`.
@@ -46,6 +49,7 @@ class MotionData:
         min_clips: PositiveInt = 5,
         draws: PositiveInt = 1,
         random_length: bool = False,
+        hidden_labels: Share = 0.0,
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
@@ -65,11 +69,17 @@ class MotionData:
         self._min_frames = min_frames
         self._draws = draws
         self._shortest = min_frames if random_length else None
+        self._hidden = without_labels(self.store, self.split, hidden_labels, seed)
 
     @property
     def tags(self) -> tuple[str, ...]:
         """Names of the columns of every tag vector."""
         return self.split.tags
+
+    @property
+    def styles(self) -> tuple[str, ...]:
+        """Names of the columns of every style vector; none for data without styles."""
+        return self.store.styles
 
     @property
     def skeleton(self) -> Skeleton:
@@ -92,13 +102,14 @@ class MotionData:
             for index, clip in enumerate(self.split.train * self._draws)
         ]
         rng = np.random.default_rng((self._seed, epoch))
-        return self._loader(windows, bucketed([len(clip) for clip in windows], self._batch_size, rng))
+        dataset = MotionDataset(self.store, self.tags, windows, hidden=self._hidden)
+        return _loader(dataset, bucketed([len(clip) for clip in windows], self._batch_size, rng))
 
     def test_batches(self, batch_size: int) -> DataLoader[Item]:
         """All test windows, the shortest first, in the same batches every time."""
-        windows = self.test_items().clips
-        order = sorted(range(len(windows)), key=lambda index: len(windows[index]))
-        return self._loader(windows, [order[start : start + batch_size] for start in range(0, len(order), batch_size)])
+        items = self.test_items()
+        order = sorted(range(len(items)), key=lambda index: len(items.clips[index]))
+        return _loader(items, [order[start : start + batch_size] for start in range(0, len(order), batch_size)])
 
     def train_items(self) -> MotionDataset:
         """Training clips in consecutive windows, as test clips are cut."""
@@ -106,20 +117,19 @@ class MotionData:
 
     def train_windows(self, batch_size: int) -> DataLoader[Item]:
         """The `train_items`, each once, in batches."""
-        windows = self.train_items().clips
-        order = range(len(windows))
-        return self._loader(windows, [list(order[start : start + batch_size]) for start in order[::batch_size]])
+        items = self.train_items()
+        order = range(len(items))
+        return _loader(items, [list(order[start : start + batch_size]) for start in order[::batch_size]])
 
     def test_items(self) -> MotionDataset:
         """Test clips in consecutive windows, in the order of the store."""
         return self._items(self.split.test)
 
     def _items(self, clips: Ordered[Clip]) -> MotionDataset:
-        return self._dataset([part for clip in clips for part in clip.windows(self._max_frames, self._min_frames)])
+        windows = [part for clip in clips for part in clip.windows(self._max_frames, self._min_frames)]
+        return MotionDataset(self.store, self.tags, windows)
 
-    def _dataset(self, clips: Ordered[Clip]) -> MotionDataset:
-        return MotionDataset(self.store, self.tags, clips)
 
-    def _loader(self, clips: Ordered[Clip], batches: list[list[int]]) -> DataLoader[Item]:
-        # A generator of its own keeps the loader from drawing on torch's global one, which training's noise may use.
-        return DataLoader(self._dataset(clips), batch_sampler=batches, collate_fn=collate, generator=torch.Generator())
+def _loader(items: MotionDataset, batches: list[list[int]]) -> DataLoader[Item]:
+    # A generator of its own keeps the loader from drawing on torch's global one, which training's noise may use.
+    return DataLoader(items, batch_sampler=batches, collate_fn=collate, generator=torch.Generator())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence as Ordered
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from torch.utils.data import Dataset
 
 from motiongen.contracts import Condition, MotionBatch
 from motiongen.data.clips import Segment
-from motiongen.data.splits import Clip
+from motiongen.data.splits import Clip, SegmentKey
 from motiongen.data.store import ClipStore
 from motiongen.motion.canonical import GroundFrame
 from motiongen.motion.representation import TRANSLATION
@@ -31,17 +32,29 @@ class Item:
     """(A,) multi-hot"""
     next_tags: Tensor
     """(A,) what follows the clip; zero where that is unknown"""
+    styles: Tensor
+    """(S,) multi-hot; zero where they are unknown"""
     trajectory: Tensor
     """(T, 2) ground-plane root position in metres for actions that travel, else zero"""
 
 
 class MotionDataset(Dataset[Item]):
-    """Items for a fixed list of clips."""
+    """Items for a fixed list of clips.
 
-    def __init__(self, store: ClipStore, tags: Ordered[str], clips: Ordered[Clip]) -> None:
+    Args:
+        store: where their frames and labels are.
+        tags: names of the columns of tag vectors. Style vectors have the columns `store.styles`.
+        clips: one item each.
+        hidden: segments, as (sequence, segment), whose tags, next tags and styles are given as unknown.
+    """
+
+    def __init__(
+        self, store: ClipStore, tags: Ordered[str], clips: Ordered[Clip], hidden: Set[SegmentKey] = frozenset()
+    ) -> None:
         self.clips = tuple(clips)
         self._store = store
-        self._column = {tag: index for index, tag in enumerate(tags)}
+        self._tags = tuple(tags)
+        self._hidden = hidden
 
     def __len__(self) -> int:
         return len(self.clips)
@@ -56,18 +69,19 @@ class MotionDataset(Dataset[Item]):
         motion = features[initial_frames:]
         travels = any(tag in self._store.root_tags for tag in segment.tags)
         ground = motion[:, TRANSLATION][:, :2]
+        is_labelled = clip.key not in self._hidden
         return Item(
             motion=motion,
             initial_motion=features[:initial_frames],
-            tags=self._multi_hot(segment.tags),
-            next_tags=self._multi_hot(_next_tags(clip, sequence.segments)),
+            tags=is_labelled * _multi_hot(segment.tags, self._tags),
+            next_tags=is_labelled * _multi_hot(_next_tags(clip, sequence.segments), self._tags),
+            styles=is_labelled * _multi_hot(segment.styles, self._store.styles),
             trajectory=ground.clone() if travels else torch.zeros_like(ground),
         )
 
-    def _multi_hot(self, tags: tuple[str, ...]) -> Tensor:
-        row = torch.zeros(len(self._column))
-        row[[self._column[tag] for tag in tags if tag in self._column]] = 1.0
-        return row
+
+def _multi_hot(labels: tuple[str, ...], columns: tuple[str, ...]) -> Tensor:
+    return torch.tensor([float(column in labels) for column in columns])
 
 
 def _next_tags(clip: Clip, segments: tuple[Segment, ...]) -> tuple[str, ...]:
@@ -90,6 +104,7 @@ def collate(items: Ordered[Item]) -> MotionBatch:
             initial_motion=torch.stack([item.initial_motion for item in items]),
             trajectory=pad_sequence([item.trajectory for item in items], batch_first=True),
             mask=torch.arange(int(lengths.max())) < lengths[:, None],
+            styles=torch.stack([item.styles for item in items]),
         ),
     )
 

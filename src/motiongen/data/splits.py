@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,9 @@ from motiongen.data.clips import INITIAL_FRAMES, DataError
 from motiongen.data.store import ClipStore
 
 _log = logging.getLogger(__name__)
+
+SegmentKey = tuple[int, int]
+"""A segment of a store: its sequence's place, and its own in the sequence."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,11 @@ class Clip:
 
     def __len__(self) -> int:
         return self.stop - self.start
+
+    @property
+    def key(self) -> SegmentKey:
+        """The segment that it shows."""
+        return self.sequence, self.segment
 
     def window(self, start: int, stop: int) -> Clip:
         """A part of this clip; its initial motion is the frames just before it."""
@@ -111,6 +119,27 @@ def split(
         tags=tags,
         left_out=left_out,
     )
+
+
+def without_labels(store: ClipStore, split: Split, share: float, seed: int) -> frozenset[SegmentKey]:
+    """Training segments to hide the labels of: close to `share` of them, but of every tag at least one keeps its own.
+
+    Args:
+        store: the clips.
+        split: whose training side is meant.
+        share: 0 to 1.
+        seed: decides which.
+    """
+    tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in split.train]
+    shown = Counter(tag for tags in tags_of for tag in tags)
+    hidden: set[SegmentKey] = set()
+    for place in np.random.default_rng(seed).permutation(len(split.train)):
+        if len(hidden) >= round(share * len(split.train)):
+            break
+        if all(shown[tag] > 1 for tag in tags_of[place]):
+            shown.subtract(tags_of[place])
+            hidden.add(split.train[place].key)
+    return frozenset(hidden)
 
 
 def _clips(store: ClipStore, min_frames: int) -> list[Clip]:

@@ -22,7 +22,7 @@ from motiongen.data.clips import DataError, Segment, Sequence, Source
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import Skeleton
 
-FORMAT = 1
+FORMAT = 2
 """Counted up when the layout on disk changes."""
 
 _log = logging.getLogger(__name__)
@@ -66,9 +66,9 @@ class ClipStore:
             self.sequences: tuple[StoredSequence, ...] = tuple(_stored(row) for row in index["sequences"])
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise DamagedStore(f"{type(error).__name__}: {error}") from error
-        self.tags: tuple[str, ...] = tuple(
-            sorted({tag for sequence in self.sequences for segment in sequence.segments for tag in segment.tags})
-        )
+        segments = [segment for sequence in self.sequences for segment in sequence.segments]
+        self.tags: tuple[str, ...] = tuple(sorted({tag for segment in segments for tag in segment.tags}))
+        self.styles: tuple[str, ...] = tuple(sorted({style for segment in segments for style in segment.styles}))
 
     @classmethod
     def open(cls, source: Source, cache: Path | str) -> ClipStore:
@@ -173,7 +173,9 @@ def _check(source: Source, sequence: Sequence, names: set[str]) -> None:
 
 
 def _stored(row: dict[str, Any]) -> StoredSequence:
-    segments = tuple(Segment(item["start"], item["stop"], tuple(item["tags"])) for item in row["segments"])
+    segments = tuple(
+        Segment(item["start"], item["stop"], tuple(item["tags"]), tuple(item["styles"])) for item in row["segments"]
+    )
     return StoredSequence(row["name"], row["group"], row["length"], row["first"], segments)
 
 

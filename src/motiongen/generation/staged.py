@@ -36,6 +36,7 @@ class StagedGenerator(GeneratorModule):
         features: F, numbers of a pose in 6D form, as batches and predictions have it.
         tags: A, size of the tag vocabulary.
         initial_frames: K, frames of the initial motion.
+        styles: S, size of the style vocabulary.
         width: D, of codes, controls and embeddings.
         encoder, conditioning, unroller, decoder: builders of the stages.
         training: how the decoder is shown its past while it learns.
@@ -51,6 +52,7 @@ class StagedGenerator(GeneratorModule):
         features: int,
         tags: int,
         initial_frames: int,
+        styles: int = 0,
         width: PositiveInt,
         encoder: Builder[Encoder],
         conditioning: Builder[Conditioning],
@@ -61,7 +63,7 @@ class StagedGenerator(GeneratorModule):
     ) -> None:
         super().__init__()
         self.pose = pose(features)
-        self.dimensions = Dimensions(self.pose.features, tags, initial_frames, width)
+        self.dimensions = Dimensions(self.pose.features, tags, initial_frames, width, styles)
         embeddings = Embeddings(self.dimensions)
         self.encoder = encoder(self.dimensions, embeddings)
         self.conditioning = conditioning(self.dimensions, embeddings)

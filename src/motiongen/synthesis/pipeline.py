@@ -33,7 +33,13 @@ class LongMotion:
     """First frame of every action, then the number of frames."""
 
 
-def synthesize(generator: GeneratorModule, initial_motion: Tensor, steps: Sequence[Step], seed: int) -> LongMotion:
+def synthesize(
+    generator: GeneratorModule,
+    initial_motion: Tensor,
+    steps: Sequence[Step],
+    seed: int,
+    styles: Tensor | None = None,
+) -> LongMotion:
     """Generate action after action; each continues the last K frames of the motion so far.
 
     The next tag of the last action is its own tag.
@@ -43,7 +49,9 @@ def synthesize(generator: GeneratorModule, initial_motion: Tensor, steps: Sequen
         initial_motion: (K, F) world frames before the first action.
         steps: the actions in order; at least one.
         seed: action number n is generated with seed + n.
+        styles: (S,) multi-hot, of the whole motion; may be left out where the data has no styles.
     """
+    styles = initial_motion.new_zeros(0) if styles is None else styles
     initial_frames = len(initial_motion)
     motion = initial_motion
     boundaries = [initial_frames]
@@ -58,6 +66,7 @@ def synthesize(generator: GeneratorModule, initial_motion: Tensor, steps: Sequen
             initial_motion=frame.enter(recent).unsqueeze(0),
             trajectory=trajectory.unsqueeze(0),
             mask=torch.ones(1, step.frames, dtype=torch.bool, device=motion.device),
+            styles=styles.unsqueeze(0),
         )
         generated = frame.leave(generator.generate(condition, seed + number)[0])
         motion = torch.cat([motion, generated])

@@ -34,7 +34,7 @@ def build_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(config.seed)
         generator: GeneratorModule = instantiate(config.generator)(
-            features=FEATURES, tags=len(data.tags), initial_frames=INITIAL_FRAMES
+            features=FEATURES, tags=len(data.tags), initial_frames=INITIAL_FRAMES, styles=len(data.styles)
         )
     return generator
 

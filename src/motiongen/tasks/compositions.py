@@ -146,7 +146,8 @@ def random_batch() -> MotionBatch:
     mask = torch.arange(frames) < torch.tensor(LENGTHS).unsqueeze(1)
     motion = motion * mask.unsqueeze(-1)
     tags = torch.eye(TAGS)[torch.arange(rows) % TAGS]
-    return MotionBatch(motion, Condition(tags, tags.roll(1, dims=0), initial, motion[..., -3:-1], mask))
+    styles = torch.zeros(rows, 0)
+    return MotionBatch(motion, Condition(tags, tags.roll(1, dims=0), initial, motion[..., -3:-1], mask, styles))
 
 
 def report(trials: Sequence[Trial]) -> str:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import torch
 from omegaconf import DictConfig
-from torch import Tensor
 
 from motiongen.data.datamodule import MotionData
+from motiongen.data.dataset import Item
 from motiongen.export.html import write_page
 from motiongen.export.raster import render_gif
 from motiongen.export.scene import Scene
@@ -33,7 +33,8 @@ def run(config: DictConfig) -> None:
         generator = trained_generator(config, data)
         draw = torch.Generator().manual_seed(config.seed)
         steps = [plan(action, data, draw) for action in actions]
-        motion = synthesize(generator, initial_motion(actions[0], data, draw), steps, config.seed)
+        start = initial_clip(actions[0], data, draw)
+        motion = synthesize(generator, start.initial_motion, steps, config.seed, start.styles)
         write_motion(folder / "motion.npz", motion, actions, data)
         spans = zip(motion.boundaries, motion.boundaries[1:], actions, strict=False)
         scene = Scene(
@@ -50,10 +51,12 @@ def run(config: DictConfig) -> None:
     record.print_outcome()
 
 
-def initial_motion(action: Action, data: MotionData, draw: torch.Generator) -> Tensor:
-    """The initial motion of a training clip with the action's tags, drawn at random (supplement, section 5.2)."""
+def initial_clip(action: Action, data: MotionData, draw: torch.Generator) -> Item:
+    """A training clip with the action's tags, drawn at random: its initial motion begins the long motion (supplement,
+    section 5.2), and its style, where the data has styles, is that of the whole.
+    """
     items = _training_clips(action, data)
-    return data.train_items()[items[int(torch.randint(len(items), (), generator=draw))]].initial_motion
+    return data.train_items()[items[int(torch.randint(len(items), (), generator=draw))]]
 
 
 def plan(action: Action, data: MotionData, draw: torch.Generator) -> Step:

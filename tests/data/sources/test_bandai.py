@@ -75,6 +75,12 @@ def test_both_parts_share_tags_and_unusable_clips_are_left_out(root: Path) -> No
     }
 
 
+def test_the_style_is_the_one_that_the_file_name_carries(root: Path) -> None:
+    styles = {name: sequence.segments[0].styles for name, sequence in by_name(BandaiNamco(root=str(root))).items()}
+    assert styles["dataset-1_walk_sad_004"] == ("sad",)
+    assert styles["dataset-2_run_normal_020"] == ("normal",)
+
+
 def test_neighbouring_takes_and_clips_that_share_frames_are_one_group(root: Path) -> None:
     groups = {name: sequence.group for name, sequence in by_name(BandaiNamco(root=str(root))).items()}
     assert groups["dataset-1_walk_sad_001"] == groups["dataset-1_walk_sad_002"]

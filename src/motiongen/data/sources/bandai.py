@@ -1,4 +1,4 @@
-"""Bandai-Namco-Research-Motiondataset 1 and 2: BVH clips of one action each, with JSON labels.
+"""Bandai-Namco-Research-Motiondataset 1 and 2: BVH clips of one action in one style each, with JSON labels.
 
 Every clip is a sequence of its own, also the few that continue one another: these share a group instead.
 """
@@ -22,8 +22,8 @@ from motiongen.data.sources.retarget import features, smpl_pose
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, PARENTS, Skeleton
 
-PARSER_VERSION = 1
-"""Counted up whenever the same files give other features, so that older stores are not taken for new ones."""
+PARSER_VERSION = 2
+"""Counted up whenever the same files give other features or labels, so that older stores are not taken for new ones."""
 
 FPS = 30.0
 METRES = 0.01
@@ -37,6 +37,7 @@ UNUSABLE = frozenset({"mislabelled", "truncated", "absent"})
 class _Clip:
     path: Path
     tag: str
+    style: str
     group: str
 
 
@@ -77,7 +78,8 @@ class BandaiNamco:
     def sequences(self) -> Iterator[Sequence]:
         for clip in self._clips:
             pose = self._features(clip.path, read_bvh(clip.path))
-            yield Sequence(clip.path.stem, clip.group, pose, (Segment(0, len(pose), (clip.tag,)),))
+            segments = (Segment(0, len(pose), (clip.tag,), (clip.style,)),)
+            yield Sequence(clip.path.stem, clip.group, pose, segments)
 
     def _features(self, path: Path, bvh: Bvh) -> Tensor:
         missing = [name for name in self._joints if name not in bvh.names]
@@ -126,7 +128,7 @@ def _clips(root: Path) -> list[_Clip]:
     if not labelled:
         raise DataError(f"{root}: no .bvh files in {' or '.join(f'{folder}/data' for folder in FOLDERS)}")
     groups = _groups([path.stem for path in labelled], notes)
-    return [_Clip(path, tag, groups[path.stem]) for path, tag in labelled.items()]
+    return [_Clip(path, tag, _name_parts(path.stem)[2], groups[path.stem]) for path, tag in labelled.items()]
 
 
 def _label(path: Path, contents: list[str]) -> str:
@@ -135,6 +137,14 @@ def _label(path: Path, contents: list[str]) -> str:
     if not isinstance(index, int) or not 0 <= index < len(contents):
         raise DataError(f"{path}: content: {index!r} is not a line number below {len(contents)} of content_label.txt")
     return contents[index]
+
+
+def _name_parts(name: str) -> tuple[str, ...]:
+    """Data set, content, style and take of a clip."""
+    match = CLIP_NAME.fullmatch(name)
+    if match is None:
+        raise DataError(f"{name}.bvh: the name is not dataset-<1 or 2>_<content>_<style>_<take>")
+    return match.groups()
 
 
 def _groups(names: list[str], notes: list[dict[str, str]]) -> dict[str, str]:
@@ -154,10 +164,7 @@ def _groups(names: list[str], notes: list[dict[str, str]]) -> dict[str, str]:
         leader[second] = first
 
     for name in names:
-        match = CLIP_NAME.fullmatch(name)
-        if match is None:
-            raise DataError(f"{name}.bvh: the name is not dataset-<1 or 2>_<content>_<style>_<take>")
-        dataset, content, style, take = match.groups()
+        dataset, content, style, take = _name_parts(name)
         neighbour = f"{dataset}_{content}_{style}_{int(take) + 1:03d}"
         if neighbour in leader:
             join(name, neighbour)
