@@ -146,3 +146,10 @@ def test_a_form_needs_a_staged_generator() -> None:
 def test_forms_take_other_numbers_of_joints() -> None:
     sizes = [form(24 * 6 + 3).features for form in FORMS]
     assert sizes == [147, 24 * 9 + 3, 24 * 4 + 3, 24 * 3 + 3]
+
+
+def test_violations_by_hand():
+    assert Quaternion(FEATURES).violation(torch.tensor([0.0, 0.0, 0.0, 2.0])).item() == pytest.approx(3.0)
+    # R = 2 I: |4 I - I|^2 = 27 and |8 - 1| = 7.
+    assert Matrix(FEATURES).violation(2 * torch.eye(3).flatten()).item() == pytest.approx(34.0)
+    assert AxisAngle(FEATURES).violation(torch.tensor([1.0, 9.0, 0.0])).item() == 0

@@ -63,6 +63,10 @@ class RotationForm:
         """(..., J, numbers) of any values to (..., J, 3, 3)."""
         raise NotImplementedError
 
+    def violation(self, rotations: Tensor) -> Tensor:
+        """How far (..., J, numbers) of any values are from a rotation's, (..., J); 0 where all values are one."""
+        return torch.zeros_like(rotations[..., 0])
+
 
 class Matrix(RotationForm):
     """The nine entries, row by row; what a decoder gives is taken to the nearest rotation.
@@ -79,6 +83,14 @@ class Matrix(RotationForm):
     def to_matrices(self, rotations: Tensor) -> Tensor:
         return roma.special_procrustes(rotations.unflatten(-1, (3, 3)))
 
+    def violation(self, rotations: Tensor) -> Tensor:
+        """|R R^T - I|^2 + abs(det R - 1) (Ghorbani et al. 2020, Eq. 25 with c_1 = c_2 = 1)."""
+        matrix = rotations.unflatten(-1, (3, 3))
+        orthogonality = matrix @ matrix.transpose(-1, -2) - torch.eye(3).to(matrix)
+        x, y, z = matrix.unbind(-1)
+        determinant = (torch.linalg.cross(x, y) * z).sum(dim=-1)
+        return orthogonality.square().sum(dim=(-1, -2)) + (determinant - 1).abs()
+
 
 class Quaternion(RotationForm):
     """Quaternions in the order x, y, z, w, their signs continuous along a clip; decoding normalises them."""
@@ -90,6 +102,10 @@ class Quaternion(RotationForm):
 
     def to_matrices(self, rotations: Tensor) -> Tensor:
         return roma.unitquat_to_rotmat(F.normalize(rotations, dim=-1))
+
+    def violation(self, rotations: Tensor) -> Tensor:
+        """abs(|q|^2 - 1) (Ghorbani et al. 2020, Eq. 26)."""
+        return (rotations.square().sum(dim=-1) - 1).abs()
 
 
 class AxisAngle(RotationForm):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from motiongen.options import Share
 
 
-@dataclass(frozen=True)
+# No dataclass: a configuration takes instances of those apart where they stand in a mapping, such as objective.ramps.
 class LinearRamp:
     """0 until `start`, then linearly up to 1 at `end`; both in [0, 1].
 
@@ -13,12 +13,11 @@ class LinearRamp:
         ValueError: unless 0 <= start <= end <= 1.
     """
 
-    start: float
-    end: float
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.start <= self.end <= 1:
-            raise ValueError(f"a ramp needs 0 <= start <= end <= 1, not start {self.start} and end {self.end}")
+    def __init__(self, start: Share, end: Share) -> None:
+        if not 0 <= start <= end <= 1:
+            raise ValueError(f"a ramp needs 0 <= start <= end <= 1, not start {start} and end {end}")
+        self.start = start
+        self.end = end
 
     def __call__(self, progress: float) -> float:
         if progress >= self.end:

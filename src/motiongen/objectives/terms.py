@@ -15,14 +15,25 @@ def squared_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
     """
     # Padded poses are zeros, which are no rotations: their joint positions are not numbers, so they are cut out here.
     error = torch.where(mask.unsqueeze(-1), predicted - target, 0.0)
-    per_frame = error.square().mean(dim=-1)
-    return (per_frame.sum(dim=1) / mask.sum(dim=1).clamp(min=1)).mean()
+    return mean_over_frames(error.square().mean(dim=-1), mask)
+
+
+def mean_over_frames(values: Tensor, mask: Tensor) -> Tensor:
+    """Mean of (B, T) over each motion's valid frames, averaged over motions; 0 for a motion without any."""
+    return (torch.where(mask, values, 0.0).sum(dim=1) / mask.sum(dim=1).clamp(min=1)).mean()
 
 
 def velocity_error(predicted: Tensor, target: Tensor, mask: Tensor) -> Tensor:
     """Squared error of the frame differences, t = 2..T (Eq. 1b-d, second sum); zero for motions of one frame."""
     pairs = mask[:, 1:] & mask[:, :-1]
     return squared_error(predicted.diff(dim=1), target.diff(dim=1), pairs)
+
+
+def kl_divergence(one: Posterior, other: Posterior) -> Tensor:
+    """KL(one || other) of diagonal Gaussians (..., D), summed over D: (...)."""
+    spread = one.log_variance - other.log_variance
+    shift = (one.mean - other.mean).square() * (-other.log_variance).exp()
+    return 0.5 * (shift + spread.exp() - 1 - spread).sum(dim=-1)
 
 
 def kl_to_standard_normal(posterior: Posterior) -> Tensor:
