@@ -69,6 +69,14 @@ def test_the_body_is_fitted_to_the_skeleton_of_the_data() -> None:
     torch.testing.assert_close(found, expected, rtol=1e-5, atol=0)
 
 
+def test_a_first_step_in_bfloat16_does_not_blur_the_body() -> None:
+    taller = Skeleton(1.1 * makehuman().skeleton.offsets)
+    first, plain = Vertices(body=makehuman()), Vertices(body=makehuman())
+    with torch.autocast("cpu", dtype=torch.bfloat16):
+        first(motion(0), taller)
+    assert torch.equal(first(motion(0), taller), plain(motion(0), taller))
+
+
 def test_few_numbers_stand_in_for_all_vertices() -> None:
     assert Vertices(body=makehuman())(motion(0), makehuman().skeleton).shape == (2, 6, 3 * 4 * JOINTS)
 

@@ -43,7 +43,9 @@ class Vertices:
         """Features (..., 135) to (..., Q)."""
         key = skeleton, features.device
         if key not in self._fitted:
-            self._fitted[key] = self.skinning(self.body.fitted_to(skeleton).to(features.device))
+            # Once and in full precision, whatever the training step that comes first is run in.
+            with torch.autocast(self.body.rest.device.type, enabled=False):
+                self._fitted[key] = self.skinning(self.body.fitted_to(skeleton).to(features.device))
         rotations, position = unpack(features)
         return self._fitted[key](rotations, position if self.translation else torch.zeros_like(position))
 
