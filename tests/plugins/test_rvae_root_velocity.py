@@ -25,12 +25,11 @@ def wandering(frames: int) -> torch.Tensor:
     generator = torch.Generator().manual_seed(0)
     yaw = (0.1 * torch.rand(2, frames, generator=generator)).cumsum(dim=1)
     tilt = 1.2 * torch.randn(2, frames, 2, generator=generator).tanh()
-    motion = tumbling(frames)
-    rotations, _ = unpack(motion)
+    joints = roma.rotvec_to_rotmat(0.5 * torch.randn(2, frames, JOINTS - 1, 3, generator=generator))
     upright = roma.euler_to_rotmat("ZYX", torch.cat([yaw.unsqueeze(-1), tilt], dim=-1))
     root = upright @ unpack(standing(1))[0][0, 0]
     position = (0.05 * torch.randn(2, frames, 3, generator=generator)).cumsum(dim=1)
-    return pack(torch.cat([root.unsqueeze(2), rotations[:, :, 1:]], dim=2), position)
+    return pack(torch.cat([root.unsqueeze(2), joints], dim=2), position)
 
 
 def tumbling(frames: int) -> torch.Tensor:
