@@ -91,7 +91,9 @@ def test_all_problems_are_told_at_once() -> None:
 
 
 def test_training_needs_an_experiment() -> None:
-    assert "+experiment=marionette" in problem("task=train")
+    message = problem("task=train")
+    assert "add +experiment=" in message
+    assert "marionette" in message
 
 
 def test_an_experiment_tells_what_it_needs() -> None:

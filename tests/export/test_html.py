@@ -42,7 +42,7 @@ QUIET = [
     "--disable-component-update",
     "--disable-sync",
     "--window-size=480,420",
-    "--virtual-time-budget=200",
+    "--virtual-time-budget=1000",
 ]
 
 
