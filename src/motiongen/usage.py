@@ -19,10 +19,10 @@ SLOTS = {
     "generator/decoder/layer_input": "a list: what is added to the input of a decoder's layers",
     "generator/training": "how the decoder is shown its past while it learns",
     "generator/pose": "the form in which the stages see a pose",
-    "generator/words": "hierarchical RVAE: runs of poses to words and back",
-    "generator/cell": "hierarchical RVAE: the recurrent unit over words",
-    "generator/classifier": "hierarchical RVAE: poses to an action or style",
-    "generator/denoiser": "hierarchical RVAE: what cleans the motion that words are read from",
+    "generator/words": "runs of poses to words and back",
+    "generator/cell": "the recurrent unit over words",
+    "generator/classifier": "poses to an action or style",
+    "generator/denoiser": "what cleans the motion that words are read from",
     "objective": "what training makes small",
 }
 """What the options of a group are for, where its name does not say it."""

@@ -151,17 +151,17 @@ def random_batch() -> MotionBatch:
 
 
 def report(trials: Sequence[Trial]) -> str:
-    """The table, every reason once, and the counts."""
+    """The table, one column for every training scheme; every reason once; the counts."""
     numbers = {reason: number for number, reason in enumerate(dict.fromkeys(t.reason for t in trials if t.reason), 1)}
-    rows = [
-        dict(zip(SLOTS, one.choice, strict=True))
-        | {"outcome": f"{one.outcome} [{numbers[one.reason]}]" if one.reason else one.outcome}
-        for one in trials
-    ]
+    rows: dict[tuple[str, ...], dict[str, str]] = {}
+    for one in trials:
+        *stages, training = one.choice
+        row = rows.setdefault(tuple(stages), dict(zip(SLOTS, stages, strict=False)))
+        row[training] = f"{one.outcome} [{numbers[one.reason]}]" if one.reason else one.outcome
     counts = {outcome: sum(one.outcome == outcome for one in trials) for outcome in (RUNS, REFUSED, FAILS)}
     return "\n".join(
         [
-            markdown(rows),
+            markdown(list(rows.values())),
             "",
             *(f"[{number}] {reason}" for reason, number in numbers.items()),
             "",
