@@ -17,6 +17,7 @@ FACTORS = {
     "epochs": 0.01,
     "batch": 0.33,
     "learning_rate": 5.0,
+    "max_frames": 60,
 }
 
 
@@ -41,6 +42,8 @@ def resolved(expression: str, **factors: float) -> Any:
         ("${dropout:0.1}", 0.05),
         ("${batch:30}", 10),
         ("${batch:1}", 1),
+        ("${frames:200}", 60),
+        ("${frames:48}", 48),
         ("${learning_rate:1.0e-4}", 5e-4),
     ],
 )

@@ -65,6 +65,11 @@ def scaled_batch(paper: int, *, _root_: Container) -> int:
     return _whole(paper * _factor(_root_, "batch"))
 
 
+def capped_frames(paper: int, *, _root_: Container) -> int:
+    """Frames of a window: the paper's, or the scale's longest where that is shorter."""
+    return min(paper, int(_factor(_root_, "max_frames")))
+
+
 def scaled_learning_rate(paper: float, *, _root_: Container) -> float:
     return paper * _factor(_root_, "learning_rate")
 
@@ -111,6 +116,7 @@ def register_resolvers() -> None:
         "dropout": scaled_dropout,
         "epochs": scaled_epochs,
         "batch": scaled_batch,
+        "frames": capped_frames,
         "learning_rate": scaled_learning_rate,
         "default_cache": default_cache,
         "run_name": run_name,
