@@ -17,6 +17,7 @@ import torch
 
 from motiongen.motion.kinematics import joint_positions
 from motiongen.motion.skeleton import Skeleton
+from motiongen.tracking.mlflow import RUN_ID_FILE
 
 EPOCHS = 12
 COMMON = ["scale=smoke", "data.source.sessions=16", "evaluation.seeds=2"]
@@ -62,6 +63,7 @@ def test_says_where_everything_lies(trained, place):
     assert f"Watch the motion: {folder / 'previews' / 'motion.html'}" in output
     assert "| generated |" in output
     assert "mlflow ui --backend-store-uri sqlite:///mlflow.db" in output
+    assert f"/runs/{(folder / RUN_ID_FILE).read_text()}?workflowType=machine_learning" in output
     assert {"generator.pt", "summary.json", "metrics.md", "config.yaml"} <= {path.name for path in folder.iterdir()}
     assert (place / "mlflow.db").exists()
 

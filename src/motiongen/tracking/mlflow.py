@@ -28,6 +28,9 @@ RUN_ID_FILE = "mlflow_run_id"
 MODEL_TRAINING = {"mlflow.experimentKind": "custom_model_development"}
 """The experiment's tag by which the user interface opens it with metrics and charts, not with traces of prompts."""
 
+MODEL_TRAINING_VIEW = "workflowType=machine_learning"
+"""The same for a page's address: a browser that was never told otherwise shows every run as one of a language model."""
+
 
 class MlflowTracker:
     """Logs to the MLflow database or server at `uri`, under `experiment`.
@@ -39,6 +42,7 @@ class MlflowTracker:
         self.uri = uri
         self.experiment = experiment
         self._client: MlflowClient | None = None
+        self._experiment = ""
         self._run_id = ""
         self._waiting: list[Metric] = []
         self._last_request = 0.0
@@ -51,10 +55,10 @@ class MlflowTracker:
 
         with self._first_contact():
             self._client = MlflowClient(self.uri)
-            experiment_id = self._experiment_id(self._client)
+            self._experiment = self._experiment_id(self._client)
         self._run_id = self._continued(folder)
         if not self._run_id:
-            run = self._client.create_run(experiment_id, tags=dict(tags), run_name=name)
+            run = self._client.create_run(self._experiment, tags=dict(tags), run_name=name)
             self._run_id = run.info.run_id
             self._log_params(flattened(config))
             self._client.log_dict(self._run_id, dict(config), "config.yaml")
@@ -132,9 +136,10 @@ class MlflowTracker:
         self.client.set_terminated(self._run_id, status)
 
     def how_to_open(self) -> str:
-        if self.uri.startswith(SQLITE):
-            return f"mlflow ui --backend-store-uri {self.uri}"
-        return f"open {self.uri}" if self.uri.startswith("http") else f"mlflow ui --backend-store-uri {self.uri}"
+        page = f"/#/experiments/{self._experiment}/runs/{self._run_id}?{MODEL_TRAINING_VIEW}"
+        if self.uri.startswith("http"):
+            return f"open {self.uri.rstrip('/')}{page}"
+        return f"mlflow ui --backend-store-uri {self.uri}\nthen open http://localhost:5000{page}"
 
 
 def flattened(config: Mapping[str, Any]) -> dict[str, str]:
