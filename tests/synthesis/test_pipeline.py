@@ -5,7 +5,7 @@ import torch
 from motiongen.contracts import GeneratorModule
 from motiongen.motion.canonical import GroundFrame, heading
 from motiongen.synthesis.paths import fit_path
-from motiongen.synthesis.pipeline import Step, synthesize
+from motiongen.synthesis.pipeline import Step, equal_parts, synthesize
 from tests.compositions import marionet
 from tests.motion.poses import standing
 
@@ -43,6 +43,36 @@ def test_the_style_is_that_of_every_action():
     steps = [Step(torch.tensor([1.0]), 5), Step(torch.tensor([1.0]), 7)]
     synthesize(Keeps(), standing(6), steps, seed=0, styles=torch.tensor([0.0, 1.0]))
     assert seen == [[[0.0, 1.0]]] * 2
+
+
+def test_a_long_action_is_generated_in_parts_along_one_path():
+    seen = []
+
+    class Follows(Walker):
+        def generate(self, condition, seed):
+            seen.append((condition, seed))
+            motion = condition.initial_motion[:, -1:].repeat(1, condition.mask.shape[1], 1)
+            motion[..., -3:-1] = condition.trajectory
+            return motion
+
+    walk, wave = torch.eye(2)
+    angles = torch.linspace(0, 1, 23)[1:]
+    circle = torch.stack([1 - angles.cos(), -angles.sin()], dim=-1)
+    start = GroundFrame(torch.tensor(0.7), torch.tensor([1.0, 2.0])).leave(standing(6))
+    motion = synthesize(Follows(), start, [Step(walk, 22, circle), Step(wave, 8)], seed=3, longest=10)
+    assert motion.boundaries == (6, 28, 36)
+    assert [int(condition.lengths) for condition, _ in seen] == [8, 7, 7, 8]
+    assert [seed for _, seed in seen] == [3, 4, 5, 6]
+    following = [condition.next_tags[0] for condition, _ in seen]
+    assert all(torch.equal(*pair) for pair in zip(following, [walk, walk, wave, wave], strict=True))
+    expected = GroundFrame.of(start[-1]).leave_ground(circle)
+    torch.testing.assert_close(motion.features[6:28, -3:-1], expected, atol=1e-5, rtol=1e-5)
+
+
+def test_parts_are_few_and_equal():
+    assert equal_parts(60, 60) == [60]
+    assert equal_parts(61, 60) == [31, 30]
+    assert equal_parts(5, 2) == [2, 2, 1]
 
 
 def test_turning_the_start_turns_the_whole_motion():

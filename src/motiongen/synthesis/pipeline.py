@@ -39,6 +39,7 @@ def synthesize(
     steps: Sequence[Step],
     seed: int,
     styles: Tensor | None = None,
+    longest: int | None = None,
 ) -> LongMotion:
     """Generate action after action; each continues the last K frames of the motion so far.
 
@@ -48,27 +49,42 @@ def synthesize(
         generator: the model.
         initial_motion: (K, F) world frames before the first action.
         steps: the actions in order; at least one.
-        seed: action number n is generated with seed + n.
+        seed: of the first call of the generator, seed + 1 of the second, and so on.
         styles: (S,) multi-hot, of the whole motion; may be left out where the data has no styles.
+        longest: frames of the longest window that the generator was trained on. A longer action is generated in equal
+            parts, as training cut it into windows: what follows a part is the action itself. None: nothing is too long.
     """
     styles = initial_motion.new_zeros(0) if styles is None else styles
     initial_frames = len(initial_motion)
     motion = initial_motion
     boundaries = [initial_frames]
     following = [step.tags for step in steps[1:]] + [steps[-1].tags]
-    for number, (step, next_tags) in enumerate(zip(steps, following, strict=True)):
-        recent = motion[-initial_frames:]
-        frame = GroundFrame.of(recent[-1])
-        trajectory = step.trajectory if step.trajectory is not None else motion.new_zeros(step.frames, 2)
-        condition = Condition(
-            tags=step.tags.unsqueeze(0),
-            next_tags=next_tags.unsqueeze(0),
-            initial_motion=frame.enter(recent).unsqueeze(0),
-            trajectory=trajectory.unsqueeze(0),
-            mask=torch.ones(1, step.frames, dtype=torch.bool, device=motion.device),
-            styles=styles.unsqueeze(0),
-        )
-        generated = frame.leave(generator.generate(condition, seed + number)[0])
-        motion = torch.cat([motion, generated])
+    for step, next_tags in zip(steps, following, strict=True):
+        lengths = equal_parts(step.frames, longest or step.frames)
+        beginning = GroundFrame.of(motion[-1])
+        for number, length in enumerate(lengths, start=1):
+            recent = motion[-initial_frames:]
+            frame = GroundFrame.of(recent[-1])
+            path = motion.new_zeros(length, 2)
+            if step.trajectory is not None:
+                done = sum(lengths[: number - 1])
+                path = frame.enter_ground(beginning.leave_ground(step.trajectory[done : done + length]))
+            condition = Condition(
+                tags=step.tags.unsqueeze(0),
+                next_tags=(next_tags if number == len(lengths) else step.tags).unsqueeze(0),
+                initial_motion=frame.enter(recent).unsqueeze(0),
+                trajectory=path.unsqueeze(0),
+                mask=torch.ones(1, length, dtype=torch.bool, device=motion.device),
+                styles=styles.unsqueeze(0),
+            )
+            generated = frame.leave(generator.generate(condition, seed)[0])
+            motion = torch.cat([motion, generated])
+            seed += 1
         boundaries.append(len(motion))
     return LongMotion(motion, tuple(boundaries))
+
+
+def equal_parts(frames: int, longest: int) -> list[int]:
+    """The fewest parts of at most `longest` frames, their lengths differing by one at the most."""
+    parts = -(-frames // longest)
+    return [frames // parts + (part < frames % parts) for part in range(parts)]

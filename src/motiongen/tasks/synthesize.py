@@ -34,7 +34,9 @@ def run(config: DictConfig) -> None:
         draw = torch.Generator().manual_seed(config.seed)
         steps = [plan(action, data, draw) for action in actions]
         start = initial_clip(actions[0], data, draw)
-        motion = synthesize(generator, start.initial_motion, steps, config.seed, start.styles)
+        motion = synthesize(
+            generator, start.initial_motion, steps, config.seed, start.styles, longest=config.data.max_frames
+        )
         write_motion(folder / "motion.npz", motion, actions, data)
         spans = zip(motion.boundaries, motion.boundaries[1:], actions, strict=False)
         scene = Scene(
