@@ -25,7 +25,7 @@ INITIAL_FRAMES = 6
 WIDTH = 32
 
 
-def marionet(training: TrainingScheme | None = None, dropout: float = 0.0) -> StagedGenerator:
+def marionet(training: TrainingScheme | None = None, dropout: float = 0.0, residual: float = 0.0) -> StagedGenerator:
     """MARIONET's composition, small, with weights from seed 0."""
     torch.manual_seed(0)
     transformer = {"heads": 4, "feedforward": 48, "dropout": dropout}
@@ -47,7 +47,7 @@ def marionet(training: TrainingScheme | None = None, dropout: float = 0.0) -> St
             layers=1,
             **transformer,
         ),
-        decoder=partial(AutoregressiveTransformer, layer_input={}, layers=2, **transformer),
+        decoder=partial(AutoregressiveTransformer, layer_input={}, layers=2, residual=residual, **transformer),
         training=training or ScheduledSampling(activate=0.25, accomplish=0.75),
     )
 

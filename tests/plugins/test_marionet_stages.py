@@ -57,6 +57,24 @@ def test_decoder_is_causal():
     assert (before[:, 5:] - after[:, 5:]).abs().max() > 1e-3
 
 
+def test_a_residual_decoder_gives_displacements():
+    """Without what the output layer gives, it stands still; fed its own motion, it repeats what it generated."""
+    data = batch((8, 5))
+    generator = marionet(residual=1.0).eval()
+    with torch.no_grad():
+        free = generator.generate(data.condition, seed=0)
+        latent = generator.encoder.prior(data.condition).sample(torch.Generator().manual_seed(0))
+        controls = generator.unroller(Code(latent, latent), data.condition)
+        past = torch.cat([data.condition.initial_motion[:, -1:], free[:, :-1]], dim=1)
+        again = generator.decoder(controls, data.condition, past)
+        mask = data.condition.mask
+        torch.testing.assert_close(again[mask], free[mask], atol=1e-5, rtol=1e-5)
+        generator.decoder.pose.weight.zero_()
+        generator.decoder.pose.bias.zero_()
+        still = generator.generate(data.condition, seed=0)
+    assert torch.equal(still[0], data.condition.initial_motion[0, -1:].expand(8, -1))
+
+
 def test_every_condition_field_changes_the_motion():
     generator, condition = marionet().eval(), batch((8, 8)).condition
     base = generator.generate(condition, seed=0)
