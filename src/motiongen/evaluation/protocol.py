@@ -13,7 +13,8 @@ from torch import Tensor
 from motiongen.contracts import Condition
 from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.metrics.classification import accuracy, class_accuracy
-from motiongen.evaluation.metrics.distribution import diversity, frechet_distance, multimodality
+from motiongen.evaluation.metrics.frechet import frechet_distance
+from motiongen.evaluation.metrics.spread import diversity, multimodality
 from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
 from motiongen.options import PositiveInt, Share
 from motiongen.recognition.recognizer import Recognizer, TrainedRecognizer
