@@ -18,7 +18,7 @@ def trajectory_error(position: Tensor, trajectory: Tensor, mask: Tensor) -> Tens
     Range 0 to infinity, lower is better. Meaningful only for clips whose trajectory is specified. Source: Neural
     Marionette, section 5.1.2.
     """
-    return _mean((position - trajectory).norm(dim=-1), mask)
+    return valid_mean((position - trajectory).norm(dim=-1), mask)
 
 
 def joint_position_error(joints: Tensor, reference: Tensor, mask: Tensor) -> Tensor:
@@ -28,7 +28,7 @@ def joint_position_error(joints: Tensor, reference: Tensor, mask: Tensor) -> Ten
     better, though a condition has more than one right answer. The protocol passes joints in the condition's canonical
     frame, root travel included, on the mean skeleton of the data. Source: Neural Marionette, Table 2.
     """
-    return _mean((joints - reference).norm(dim=-1).mean(dim=-1), mask) * 100
+    return valid_mean((joints - reference).norm(dim=-1).mean(dim=-1), mask) * 100
 
 
 def joint_speed(joints: Tensor, mask: Tensor, fps: float = 30.0) -> Tensor:
@@ -37,7 +37,20 @@ def joint_speed(joints: Tensor, mask: Tensor, fps: float = 30.0) -> Tensor:
     joints (B, T, J, 3) in metres, mask (B, T), to (B,); NaN for clips of one frame. Unit: metres per second. Range 0 to
     infinity; best near the speed of real clips of the action: far below it the motion is frozen, far above it jitters.
     """
-    return _mean((joints[:, 1:] - joints[:, :-1]).norm(dim=-1).mean(dim=-1), mask[:, 1:] & mask[:, :-1]) * fps
+    return valid_mean(*_steps(joints, mask)) * fps
+
+
+def frozen_share(joints: Tensor, mask: Tensor, threshold: float, fps: float = 30.0) -> Tensor:
+    """How much of the time the body does not move: the share of frame pairs of lower joint speed.
+
+    joints (B, T, J, 3) in metres, mask (B, T), threshold in metres per second, to (B,) float64: the share of pairs of
+    successive valid frames between which the speed, mean over joints, is below the threshold; NaN for clips of one
+    frame. No unit, range 0 to 1; best near the share of real clips of the action, as some actions hold still. A mean
+    speed hides a clip that moves at first and then freezes, as autoregressive generators do; this does not. No paper's:
+    defined here.
+    """
+    step, valid = _steps(joints, mask)
+    return valid_mean(step * fps < threshold, valid)
 
 
 def resting_heights(joints: Tensor, mask: Tensor) -> Tensor:
@@ -60,10 +73,15 @@ def foot_skating(joints: Tensor, mask: Tensor, resting: Tensor) -> Tensor:
     feet = joints[:, :, list(FEET)]
     low = (feet[..., 2] < resting + CONTACT_MARGIN) & mask.unsqueeze(-1)
     speed = (feet[:, 1:, :, :2] - feet[:, :-1, :, :2]).norm(dim=-1)
-    return _mean(speed.flatten(1), (low[:, 1:] & low[:, :-1]).flatten(1)) * 100
+    return valid_mean(speed.flatten(1), (low[:, 1:] & low[:, :-1]).flatten(1)) * 100
 
 
-def _mean(values: Tensor, valid: Tensor) -> Tensor:
+def valid_mean(values: Tensor, valid: Tensor) -> Tensor:
     """Mean of each row (B, N) over its valid entries in float64; NaN where there are none."""
     kept = values.double().masked_fill(~valid, 0.0)
     return kept.sum(dim=1) / valid.sum(dim=1)
+
+
+def _steps(joints: Tensor, mask: Tensor) -> tuple[Tensor, Tensor]:
+    """Mean way of the joints from frame to frame (B, T - 1), and where both frames are valid (B, T - 1)."""
+    return (joints[:, 1:] - joints[:, :-1]).norm(dim=-1).mean(dim=-1), mask[:, 1:] & mask[:, :-1]
