@@ -10,7 +10,7 @@ from motiongen.contracts import Condition
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.protocol import Generate, Protocol, evaluate
 from motiongen.evaluation.results import REAL
-from motiongen.evaluation.table import action_rows, footnote, markdown, metric_rows
+from motiongen.evaluation.table import FURTHER, HEADINGS, action_rows, footnote, further_rows, markdown, metric_rows
 from motiongen.motion.representation import TRANSLATION
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.recognition.transformer import TransformerRecognizer
@@ -63,8 +63,19 @@ def test_the_real_motion_scores_as_real_motion(data: MotionData, recognizer: Tra
     assert replayed.values["trajectory_error"] == (0.0, 0.0, 0.0)
     assert replayed.values["joint_position_error"] == (0.0, 0.0, 0.0)
     assert replayed.values["fid"] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
-    for metric in ("accuracy", "diversity", "multimodality", "joint_speed", "foot_skating"):
+    for metric in (
+        "accuracy",
+        "diversity",
+        "multimodality",
+        "joint_speed",
+        "foot_skating",
+        "peak_jerk",
+        "frozen_share",
+    ):
         assert replayed.values[metric] == real.values[metric]
+    # Six clips against themselves, every one on its own place in feature space.
+    assert [replayed.values[name][0] for name in ("precision", "recall", "coverage")] == [1.0, 1.0, 1.0]
+    assert replayed.values["nearest_training_distance"] == real.values["nearest_training_distance"]
     assert replayed.estimate("accuracy").interval == 0.0
     assert found.off_speed("replay") == ()
     assert found.count == len(data.test_items()) == 6
@@ -76,6 +87,8 @@ def test_frozen_motion_is_flagged(data: MotionData, recognizer: TrainedRecognize
     system = found.systems["frozen"]
     assert all(action.speed_ratio == pytest.approx(0.0, abs=1e-6) for action in system.actions.values())
     assert system.values["fid"][0] > 0
+    assert system.values["frozen_share"] == (1.0, 1.0, 1.0)
+    assert system.values["peak_jerk"] == pytest.approx((0.0, 0.0, 0.0), abs=1e-2)
     # Only walking has a trajectory, so standing still misses by half of what was walked, on average.
     walks = [batch for batch in data.test_batches(1) if batch.condition.tags[0, 1]]
     missed = [batch.motion[0, :, TRANSLATION][:, :2].norm(dim=-1).mean() for batch in walks]
@@ -131,4 +144,7 @@ def test_the_results_can_be_written_logged_and_printed(data: MotionData, recogni
     assert rows[1]["FID"] == f"{fid['mean']:.3f} ± {fid['interval']:.3f}"
     assert [row["speed check"] for row in action_rows(found, "frozen")] == ["off", "off", "off"]
     assert markdown(rows).count("\n") == 4
+    shown = {row["metric"]: row["frozen"] for row in further_rows(found)}
+    assert shown["share of the time frozen"] == "1.000 ± 0.000"
+    assert set(HEADINGS) | set(FURTHER) == set(found.systems["frozen"].values)
     assert "6 test clips" in footnote(found)

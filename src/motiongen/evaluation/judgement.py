@@ -12,11 +12,13 @@ from torch import Tensor
 from motiongen.contracts import MotionBatch
 from motiongen.evaluation.metrics.motion import (
     foot_skating,
+    frozen_share,
     joint_position_error,
     joint_speed,
     resting_heights,
     trajectory_error,
 )
+from motiongen.evaluation.metrics.physics import floor_penetration, mean_jerk, peak_jerk
 from motiongen.motion.kinematics import joint_positions
 from motiongen.motion.representation import TRANSLATION
 from motiongen.motion.skeleton import Skeleton
@@ -43,8 +45,16 @@ class Judgement:
     """(N,) centimetres"""
     joint_speed: Tensor
     """(N,) metres per second; NaN for clips of one frame."""
+    frozen_share: Tensor
+    """(N,) share of the time; NaN for clips of one frame."""
     foot_skating: Tensor
     """(N,) centimetres per frame; NaN where no foot touches the floor."""
+    floor_penetration: Tensor
+    """(N,) centimetres"""
+    peak_jerk: Tensor
+    """(N,) metres per second cubed; NaN for clips of fewer than four frames."""
+    mean_jerk: Tensor
+    """(N,) metres per second cubed; NaN for clips of fewer than four frames."""
 
     def __len__(self) -> int:
         return len(self.tags)
@@ -68,15 +78,17 @@ class Judge:
     """(A,) bool: tags whose actions travel, so that their trajectory is specified."""
     resting: Tensor
     """(F,) metres: heights of the feet's joints when flat on the floor."""
+    frozen_speed: float
+    """Metres per second below which a body counts as frozen."""
 
     @classmethod
-    def of(cls, recognizer: Recognizer, data: MotionData, batches: Iterable[MotionBatch]) -> Self:
+    def of(cls, recognizer: Recognizer, data: MotionData, batches: Iterable[MotionBatch], frozen_speed: float) -> Self:
         """A judge for this data whose real test clips are `batches`, on the recognizer's device."""
         travels = torch.tensor([tag in data.store.root_tags for tag in data.tags])
         joints = [joint_positions(batch.motion[batch.condition.mask], data.skeleton) for batch in batches]
         frames = torch.cat(joints).unsqueeze(0)
         resting = resting_heights(frames, torch.ones_like(frames[..., 0, 0], dtype=torch.bool))
-        return cls(recognizer, data.skeleton, travels, resting)
+        return cls(recognizer, data.skeleton, travels, resting, frozen_speed)
 
     @torch.inference_mode()
     def __call__(self, motion: Tensor, batch: MotionBatch) -> Judgement:
@@ -102,6 +114,10 @@ class Judge:
             trajectory_error=path_error.masked_fill(~specified, float("nan")),
             joint_position_error=joint_position_error(joints, real_joints, mask),
             joint_speed=joint_speed(joints, mask),
+            frozen_share=frozen_share(joints, mask, self.frozen_speed),
             foot_skating=foot_skating(joints, mask, self.resting),
+            floor_penetration=floor_penetration(joints, mask, self.resting),
+            peak_jerk=peak_jerk(joints, mask),
+            mean_jerk=mean_jerk(joints, mask),
         )
         return Judgement(**{field.name: getattr(judged, field.name).double().cpu() for field in fields(judged)})

@@ -11,12 +11,11 @@ from rich.progress import Progress
 from torch import Tensor
 
 from motiongen.contracts import Condition
+from motiongen.evaluation.figures import metrics
 from motiongen.evaluation.judgement import Judge, Judgement
-from motiongen.evaluation.metrics.classification import accuracy, class_accuracy
-from motiongen.evaluation.metrics.frechet import frechet_distance
-from motiongen.evaluation.metrics.spread import diversity, multimodality
+from motiongen.evaluation.metrics.classification import class_accuracy
 from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
-from motiongen.options import PositiveInt, Share
+from motiongen.options import NonNegativeFloat, PositiveInt, Share
 from motiongen.recognition.recognizer import Recognizer, TrainedRecognizer
 
 if TYPE_CHECKING:
@@ -42,6 +41,12 @@ class Protocol:
     """S_l of Action2Motion."""
     speed_tolerance: Share = 0.3
     """An action's mean joint speed may differ from the real clips' by this share of it."""
+    frozen_speed: NonNegativeFloat = 0.05
+    """Metres per second: below this mean joint speed a body counts as frozen."""
+    manifold_neighbours: PositiveInt = 3
+    """k of precision and recall (Kynkäänniemi et al. 2019)."""
+    coverage_neighbours: PositiveInt = 5
+    """k of density and coverage (Naeem et al. 2020)."""
 
     @property
     def generation_seeds(self) -> range:
@@ -74,14 +79,14 @@ def evaluate(
     network = recognizer.recognizer.eval()
     device = next(network.parameters()).device
     batches = [batch.to(device) for batch in data.test_batches(protocol.batch_size)]
-    judge = Judge.of(network, data, batches)
+    judge = Judge.of(network, data, batches, protocol.frozen_speed)
     real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
     training = _training_features(network, data, protocol.batch_size, device)
     drawn = min(len(real), len(training))
     own = []
     for seed in protocol.generation_seeds:
         chosen = torch.randperm(len(training), generator=_generator(seed))[:drawn]
-        own.append(metrics(real, training[chosen], seed, protocol))
+        own.append(metrics(real, training[chosen], training, seed, protocol))
     results = {REAL: SystemResult(values=_by_metric(own), actions=action_results(real, real, data.tags))}
     with Progress() as progress:
         task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds * len(batches))
@@ -99,7 +104,7 @@ def evaluate(
                     progress.advance(task)
                 runs.append(Judgement.concatenate(judgements))
             seeds = zip(runs, protocol.generation_seeds, strict=True)
-            values = [metrics(run, real.features, seed, protocol) for run, seed in seeds]
+            values = [metrics(run, real.features, training, seed, protocol) for run, seed in seeds]
             actions = action_results(Judgement.concatenate(runs), real, data.tags)
             results[name] = SystemResult(values=_by_metric(values), actions=actions)
     return Evaluation(
@@ -111,25 +116,6 @@ def evaluate(
         recognizer_fingerprint=recognizer.fingerprint,
         recognizer_accuracy=recognizer.test_accuracy,
     )
-
-
-def metrics(judged: Judgement, reference: Tensor, seed: int, protocol: Protocol) -> dict[str, float]:
-    """All metrics of one set of motions; `reference` (M, E) is the features that FID compares with.
-
-    Pairs are drawn from `seed` alone, so all systems are measured on the same ones. Motion quantities are means over
-    clips, each clip counting once however long it is.
-    """
-    generator = _generator(seed)
-    return {
-        "accuracy": accuracy(judged.logits, judged.tags),
-        "fid": frechet_distance(judged.features, reference),
-        "diversity": diversity(judged.features, generator, protocol.diversity_pairs),
-        "multimodality": multimodality(judged.features, judged.tags, generator, protocol.multimodality_pairs),
-        "trajectory_error": float(judged.trajectory_error.nanmean()),
-        "joint_position_error": float(judged.joint_position_error.mean()),
-        "joint_speed": float(judged.joint_speed.nanmean()),
-        "foot_skating": float(judged.foot_skating.nanmean()),
-    }
 
 
 def action_results(judged: Judgement, real: Judgement, tags: tuple[str, ...]) -> dict[str, ActionResult]:

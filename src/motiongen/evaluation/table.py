@@ -16,7 +16,26 @@ HEADINGS = {
     "joint_speed": ("joint speed (m/s)", 3),
     "foot_skating": ("foot skating (cm/frame)", 3),
 }
-"""Metric to its column's heading and the decimals that are shown."""
+"""Metric to its column's heading and the decimals that are shown, in the table that comes first."""
+
+FURTHER = {
+    "top5_accuracy": ("top-5 accuracy", 3),
+    "balanced_accuracy": ("balanced accuracy", 3),
+    "inception_score": ("inception score", 2),
+    "kid": ("KID", 4),
+    "precision": ("precision", 3),
+    "recall": ("recall", 3),
+    "density": ("density", 3),
+    "coverage": ("coverage", 3),
+    "expected_diversity": ("diversity, expected", 3),
+    "expected_multimodality": ("multimodality, expected", 3),
+    "nearest_training_distance": ("distance to the nearest training clip", 3),
+    "frozen_share": ("share of the time frozen", 3),
+    "floor_penetration": ("floor penetration (cm)", 3),
+    "peak_jerk": ("peak jerk (m/s³)", 0),
+    "mean_jerk": ("mean jerk (m/s³)", 0),
+}
+"""The other metrics, in a table of their own with one row each."""
 
 
 def metric_rows(evaluation: Evaluation) -> list[dict[str, str]]:
@@ -30,6 +49,15 @@ def metric_rows(evaluation: Evaluation) -> list[dict[str, str]]:
                 row["N"] = str(evaluation.real_fid_count if name == REAL else evaluation.count)
         rows.append(row)
     return rows
+
+
+def further_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """One row a metric of FURTHER, one column a system, real clips first."""
+    return [
+        {"metric": heading}
+        | {name: _text(system.estimate(metric), decimals) for name, system in evaluation.systems.items()}
+        for metric, (heading, decimals) in FURTHER.items()
+    ]
 
 
 def action_rows(evaluation: Evaluation, system: str) -> list[dict[str, str]]:

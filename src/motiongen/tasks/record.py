@@ -14,7 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.results import Evaluation
-from motiongen.evaluation.table import action_rows, footnote, markdown, metric_rows
+from motiongen.evaluation.table import action_rows, footnote, further_rows, markdown, metric_rows
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.resolvers import current_run_name
 from motiongen.tracking.summary import circumstances, write_summary
@@ -75,11 +75,12 @@ class Record:
         """The metrics, everywhere."""
         self._summary["evaluation"] = evaluation.to_json()
         self.tracker.log_metrics(evaluation.scalars())
-        rows, actions = metric_rows(evaluation), action_rows(evaluation, "generated")
-        table = f"{markdown(rows)}\n\n{footnote(evaluation)}\n\n{markdown(actions)}\n"
+        rows, further, actions = metric_rows(evaluation), further_rows(evaluation), action_rows(evaluation, "generated")
+        table = "\n\n".join([markdown(rows), footnote(evaluation), markdown(further), markdown(actions)]) + "\n"
         path = self._folder / "metrics.md"
         path.write_text(table, encoding="utf-8")
         self.tracker.log_table("metrics", rows)
+        self.tracker.log_table("further_metrics", further)
         self.tracker.log_table("actions", actions)
         self.tracker.log_artifact(path)
         self._closing += [table]
