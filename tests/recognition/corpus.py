@@ -58,7 +58,8 @@ class ThreeActions:
         walk[:, TRANSLATION][:, 1] = -(1.0 + 0.05 * number) * time
         yield "walk", walk
         yield "wave", _wave(time, math.tau * (0.8 + 0.05 * number))
-        yield "stand", _wave(time, math.tau * 0.2) * 0.05 + standing(FRAMES) * 0.95
+        share = 0.05 + 0.01 * number
+        yield "stand", _wave(time, math.tau * 0.2) * share + standing(FRAMES) * (1 - share)
 
 
 def _wave(time: Tensor, pace: float) -> Tensor:

@@ -13,6 +13,7 @@ from torch import Tensor
 from motiongen.contracts import Condition
 from motiongen.evaluation.figures import metrics
 from motiongen.evaluation.judgement import Judge, Judgement
+from motiongen.evaluation.leaks import refuse_leaks
 from motiongen.evaluation.metrics.classification import class_accuracy
 from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
 from motiongen.options import NonNegativeFloat, PositiveInt, Share
@@ -72,10 +73,12 @@ def evaluate(
         protocol: seeds and settings.
 
     Raises:
+        LeakError: a test clip lies in the training set.
         ValueError: a system named "real", or one whose motion is not finite or of the wrong shape (with its name).
     """
     if REAL in systems:
         raise ValueError(f'the name "{REAL}" is kept for the real test clips')
+    refuse_leaks(data)
     network = recognizer.recognizer.eval()
     device = next(network.parameters()).device
     batches = [batch.to(device) for batch in data.test_batches(protocol.batch_size)]
