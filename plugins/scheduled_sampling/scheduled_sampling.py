@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import ClassVar
 
 import torch
-from torch import Tensor
 
 from motiongen.contracts import Controls, Decoder, MotionBatch, Prediction
 from motiongen.generation.schedules import LinearRamp
@@ -16,16 +15,13 @@ class ScheduledSampling:
     """Two passes: the first on the true past, the second on a past in which predicted frames replace true ones.
 
     Before `activate` it is teacher forcing. From there the ratio of predicted frames rises linearly, from 0 to 1 at
-    `accomplish`; both are fractions of the run (the paper's epochs 250 and 750 of 1000). In a share of the steps, which
-    rises with the ratio to `rollouts`, the second pass sees what the decoder generates by itself from the last initial
-    pose on, so that a short run, too, meets errors that have grown over the whole motion. The paper has no rollouts.
+    `accomplish`; both are fractions of the run (the paper's epochs 250 and 750 of 1000).
     """
 
     needs_past: ClassVar[bool] = True
 
-    def __init__(self, *, activate: Share, accomplish: Share, rollouts: Share = 0.0) -> None:
+    def __init__(self, *, activate: Share, accomplish: Share) -> None:
         self.ratio = LinearRamp(activate, accomplish)
-        self.rollouts = rollouts
 
     def __call__(
         self, decoder: Decoder, controls: Controls, batch: MotionBatch, progress: float, generator: torch.Generator
@@ -34,16 +30,8 @@ class ScheduledSampling:
         first = decoder(controls, batch.condition, past)
         if progress < self.ratio.start:
             return Prediction(first)
-        ratio = self.ratio(progress)
-        if torch.rand((), generator=generator) < self.rollouts * ratio:
-            with torch.no_grad():
-                fed_back = _late(past, decoder.generate(controls, batch.condition))
-        else:
-            is_predicted = torch.rand(past.shape[:2], generator=generator).to(past.device) < ratio
-            fed_back = torch.where(is_predicted.unsqueeze(-1), _late(past, first.detach()), past)
-        return Prediction(decoder(controls, batch.condition, fed_back), first_pass=first)
-
-
-def _late(past: Tensor, predicted: Tensor) -> Tensor:
-    """Predicted motion (B, T, F) as a past: one frame late, behind the pose that is given."""
-    return torch.cat([past[:, :1], predicted[:, :-1]], dim=1)
+        # P'_t stands in for P_t from t = 1 on; P_0 is given. Predicted frames enter as data, without gradient.
+        predicted = torch.cat([past[:, :1], first[:, :-1].detach()], dim=1)
+        is_predicted = torch.rand(past.shape[:2], generator=generator).to(past.device) < self.ratio(progress)
+        mixed = torch.where(is_predicted.unsqueeze(-1), predicted, past)
+        return Prediction(decoder(controls, batch.condition, mixed), first_pass=first)

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import pytest
 import torch
 
 from motiongen.contracts import Code
@@ -62,34 +61,3 @@ def test_half_way_about_half_of_the_frames_are_predicted():
     assert ((mixed == 0).all(-1) | (mixed == 1).all(-1)).all()
     assert 0.45 < (mixed[..., 0] == 1).float().mean() < 0.55
     assert torch.equal(decoder.seen[:, 0], data.condition.initial_motion[:, -1])
-
-
-def test_a_rollout_feeds_the_free_running_motion_back():
-    data = batch((6, 4))
-    generator, scheduled = predict(ScheduledSampling(activate=0.0, accomplish=0.5, rollouts=1.0), data, 1.0)
-    free = generator.generate(data.condition, seed=1)
-    mask = data.condition.mask
-    # Fed its own motion, a decoder predicts it again.
-    torch.testing.assert_close(scheduled.motion[mask], free[mask], atol=1e-5, rtol=1e-5)
-
-
-def test_rollouts_become_as_frequent_as_asked_for():
-    class Counts:
-        rollouts = 0
-
-        def __call__(self, controls, condition, past):
-            return past
-
-        def generate(self, controls, condition):
-            self.rollouts += 1
-            return torch.zeros(*condition.mask.shape, 135)
-
-    decoder, data, draws = Counts(), batch((3,)), torch.Generator().manual_seed(0)
-    scheme = ScheduledSampling(activate=0.25, accomplish=0.75, rollouts=0.6)
-    counts = {}
-    for progress in (0.25, 0.5, 0.75):
-        decoder.rollouts = 0
-        for _ in range(400):
-            scheme(decoder, None, data, progress, draws)
-        counts[progress] = decoder.rollouts / 400
-    assert counts == {0.25: 0.0, 0.5: pytest.approx(0.3, abs=0.05), 0.75: pytest.approx(0.6, abs=0.05)}
