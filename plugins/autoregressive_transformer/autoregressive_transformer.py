@@ -24,8 +24,8 @@ class AutoregressiveTransformer(nn.Module):
     every layer but the first.
 
     The output layer gives a pose plus `residual` times the pose before it. 0 is the paper's. With 1 it gives
-    displacements (Martinez et al. 2017, section 3.2), which a short run learns far more precisely. Displacements add up,
-    so the training scheme has to show it a past of its own making.
+    displacements (Martinez et al. 2017, section 3.2), which a short run learns far more precisely. They add up, so the
+    training scheme has to show the decoder a past of its own making.
 
     Raises:
         CompositionError: `layer_input` for a single layer.
