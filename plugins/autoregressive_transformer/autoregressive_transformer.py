@@ -15,6 +15,9 @@ from motiongen.generation.layer_input import LayerInputs
 from motiongen.generation.positions import sinusoidal
 from motiongen.options import PositiveInt, Share
 
+DISPLACEMENT = 0.1
+"""The size of the output layer's first weights where it gives displacements, beside where it gives poses."""
+
 
 class AutoregressiveTransformer(nn.Module):
     """Causal Transformer decoder from the poses so far and the controls to the next pose.
@@ -57,6 +60,9 @@ class AutoregressiveTransformer(nn.Module):
         layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.pose = nn.Linear(self.width, dimensions.features)
+        # Begun with displacements of the size of poses, a short run never becomes precise.
+        for parameter in self.pose.parameters():
+            parameter.data *= 1 - residual * (1 - DISPLACEMENT)
 
     def forward(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
         """Past (B, T, F) to the poses that follow each of its frames, (B, T, F)."""
