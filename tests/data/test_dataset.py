@@ -104,6 +104,14 @@ def test_random_windows_stay_inside_and_reach_both_ends() -> None:
     assert random_window(clip, 40, rng) == clip
 
 
+def test_a_share_of_the_windows_starts_where_the_clip_does() -> None:
+    clip, rng = Clip(0, 0, start=10, stop=110, initial_start=4), np.random.default_rng(0)
+    windows = [random_window(clip, 35, rng, beginnings=0.4) for _ in range(1000)]
+    at_start = sum(window.start == 10 for window in windows)
+    assert 360 < at_start < 450, "0.4, and one in 66 of the others"
+    assert max(window.stop for window in windows) == 110
+
+
 def test_windows_of_random_length_cover_all_that_fit() -> None:
     clip = Clip(0, 0, start=10, stop=22, initial_start=4)
     rng = np.random.default_rng(0)

@@ -24,8 +24,9 @@ class MotionData:
     """A data set, split and windowed, as batches.
 
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
-    the clip allows or, with `random_length`, of any length from `min_frames` on. Test clips are cut into consecutive
-    windows once. The split and every epoch's windows and batches follow from the seed.
+    the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
+    starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
+    Test clips are cut into consecutive windows once. The split and every epoch's windows and batches follow from the seed.
 
     Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
     every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
@@ -49,6 +50,7 @@ class MotionData:
         min_clips: PositiveInt = 5,
         draws: PositiveInt = 1,
         random_length: bool = False,
+        beginnings: Share = 0.0,
         hidden_labels: Share = 0.0,
     ) -> None:
         if max_frames < min_frames:
@@ -69,6 +71,7 @@ class MotionData:
         self._min_frames = min_frames
         self._draws = draws
         self._shortest = min_frames if random_length else None
+        self._beginnings = beginnings
         self._hidden = without_labels(self.store, self.split, hidden_labels, seed)
 
     @property
@@ -98,7 +101,13 @@ class MotionData:
     def train_batches(self, epoch: int) -> DataLoader[Item]:
         """The batches of one epoch: MotionBatch objects, in an order and of windows that only (seed, epoch) decide."""
         windows = [
-            random_window(clip, self._max_frames, np.random.default_rng((self._seed, epoch, index)), self._shortest)
+            random_window(
+                clip,
+                self._max_frames,
+                np.random.default_rng((self._seed, epoch, index)),
+                self._shortest,
+                self._beginnings,
+            )
             for index, clip in enumerate(self.split.train * self._draws)
         ]
         rng = np.random.default_rng((self._seed, epoch))

@@ -109,16 +109,20 @@ def collate(items: Ordered[Item]) -> MotionBatch:
     )
 
 
-def random_window(clip: Clip, max_frames: int, rng: np.random.Generator, min_frames: int | None = None) -> Clip:
+def random_window(
+    clip: Clip, max_frames: int, rng: np.random.Generator, min_frames: int | None = None, beginnings: float = 0.0
+) -> Clip:
     """A window of `max_frames` at a random place, or the clip itself where it is not longer.
 
-    With `min_frames`, the window's length is drawn uniformly from there to the longest that fits.
+    With `min_frames`, the window's length is drawn uniformly from there to the longest that fits. The share
+    `beginnings` of the windows starts where the clip does.
     """
     longest = min(len(clip), max_frames)
     length = longest if min_frames is None else int(rng.integers(min_frames, longest, endpoint=True))
     if length == len(clip):
         return clip
-    start = int(rng.integers(clip.start, clip.stop - length, endpoint=True))
+    last = clip.start if rng.random() < beginnings else clip.stop - length
+    start = int(rng.integers(clip.start, last, endpoint=True))
     return clip.window(start, start + length)
 
 
