@@ -26,7 +26,7 @@ class MotionData:
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
     the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
     starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
-    Test clips are cut into consecutive windows once. The split and every epoch's windows and batches follow from the seed.
+    Test clips are cut into consecutive windows once. Split, windows and batches follow from the seed and the epoch.
 
     Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
     every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
