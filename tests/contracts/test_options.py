@@ -175,7 +175,7 @@ def test_the_seed_decides(option: Option) -> None:
 @every_option
 def test_saved_and_loaded_it_generates_the_same(option: Option, tmp_path) -> None:
     generator, other = trained(home(option)), generator_of(home(option), seed=1)
-    save_generator(tmp_path / "generator.pt", generator, NAMES)
+    save_generator(tmp_path / "generator.pt", generator, NAMES, ())
     load_generator(tmp_path / "generator.pt", other, NAMES)
     condition = data().condition
     assert torch.equal(other.generate(condition, seed=3), generator.generate(condition, seed=3))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,34 @@ def test_promises_of_every_split(tmp_path: Path, corpus: object, seed: int) -> N
     segments = [tags for sequence in store.sequences for tags in (own.tags for own in sequence.segments)]
     assert len(clips) == sum(bool(set(tags) & set(result.tags)) for tags in segments)
     assert split(store, seed, test_cap=9) == result
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_clip_changes_sides_with_the_shortest_length(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sequences = [
+        session(f"{tag}_{take}", [(0, frames, tag)], frames)
+        for tag in TAGS
+        for take, frames in enumerate(rng.integers(8, 120, size=30).tolist())
+    ]
+    store = ClipStore.open(ListedSource(sequences), tmp_path)
+    sides = [split(store, seed, min_frames=shortest) for shortest in (1, 20, 60)]
+    for longer, shorter in pairwise(reversed(sides)):
+        assert longer.tags == shorter.tags
+        for kept, all_clips in ((longer.train, shorter.train), (longer.test, shorter.test)):
+            assert set(kept) <= set(all_clips)
+        assert len(longer.train) < len(shorter.train)
+    assert all(len(clip) >= 60 for clip in (*sides[2].train, *sides[2].test))
+
+
+def test_a_tag_without_clips_that_are_long_enough_is_left_out(tmp_path: Path) -> None:
+    lengths = {"bow": 40, "walk": 80}
+    rows = [(f"{tag}_{take}", tag, frames) for tag, frames in lengths.items() for take in range(10)]
+    sequences = [session(name, [(0, frames, tag)], frames) for name, tag, frames in rows]
+    result = split(ClipStore.open(ListedSource(sequences), tmp_path), 0, min_frames=60)
+    assert result.tags == ("walk",)
+    assert result.left_out == {"bow": "no clip of 60 frames on one side"}
+    assert len(result.train) + len(result.test) == 10
 
 
 def test_each_tag_gets_a_fifth_where_clips_stand_alone(tmp_path: Path) -> None:

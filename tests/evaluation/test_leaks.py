@@ -8,7 +8,7 @@ import torch
 
 from motiongen.data.clips import Sequence
 from motiongen.data.datamodule import MotionData
-from motiongen.evaluation.leaks import LeakError, refuse_leaks
+from motiongen.evaluation.leaks import LeakError, refuse_leaks, refuse_trained_clips
 from motiongen.motion.canonical import GroundFrame
 from tests.data.corpus import ListedSource, session
 
@@ -46,3 +46,15 @@ def test_a_rest_pose_that_all_takes_share_is_no_leak(tmp_path: Path) -> None:
         features[:20] = 0.25
         sequences[number] = replace(sequence, features=features)
     refuse_leaks(data(sequences, tmp_path))
+
+
+def test_a_generator_of_another_split_is_refused(tmp_path: Path) -> None:
+    own, other = (MotionData(source=ListedSource(corpus(30)), cache=str(tmp_path), seed=seed) for seed in (0, 1))
+    refuse_trained_clips(own.frames_of(own.split.train), own)
+    with pytest.raises(LeakError, match=r"of take\d+ are a test clip, but the generator was trained on frames 0 to 59"):
+        refuse_trained_clips(other.frames_of(other.split.train), own)
+
+
+def test_frames_of_another_store_are_no_leak(tmp_path: Path) -> None:
+    own = data(corpus(), tmp_path)
+    refuse_trained_clips([("another store", *span[1:]) for span in own.frames_of(own.split.test)], own)

@@ -87,7 +87,7 @@ def test_of_the_condition_the_action_alone_changes_the_motion():
 def test_the_bank_is_saved_with_the_weights(tmp_path):
     trained, other = concluded(), um_cvae()
     torch.nn.init.ones_(other.decoder.pose.weight)
-    save_generator(tmp_path / "generator.pt", trained, TAGS)
+    save_generator(tmp_path / "generator.pt", trained, TAGS, ())
     load_generator(tmp_path / "generator.pt", other, TAGS)
     assert len(other.conditioning.bank.entries) == 10
     condition = batch((8, 8, 8)).condition

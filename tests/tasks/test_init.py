@@ -32,7 +32,7 @@ def other(place: Path) -> Path:
     (folder / ".hydra").mkdir(parents=True)
     OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
     data = build_data(compose([*overrides, "seed=0"]))
-    save_generator(folder / "generator.pt", build_generator(config, data), data.tags)
+    save_generator(folder / "generator.pt", build_generator(config, data), data.tags, ())
     return folder
 
 

@@ -11,10 +11,13 @@ from torch import Tensor
 from motiongen.data.roots import DataError
 from motiongen.motion.skeleton import Skeleton
 
-__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Source"]
+__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Source", "Span"]
 
 INITIAL_FRAMES = 6
 """K, the frames of motion that are given before an action (Neural Marionette, section 3.1)."""
+
+Span = tuple[str, str, int, int]
+"""Frames of a data set, wherever it is named: store fingerprint, sequence name, first frame, frame after the last."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch.utils.data import DataLoader
 
-from motiongen.data.clips import Source
+from motiongen.data.clips import Source, Span
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
 from motiongen.data.splits import Clip, split, without_labels
 from motiongen.data.store import ClipStore
@@ -97,6 +97,13 @@ class MotionData:
         windows = [self._seed, self._max_frames, self._min_frames]
         parts = [self.store.fingerprint, self.tags, sides, windows]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+    def frames_of(self, clips: Ordered[Clip]) -> tuple[Span, ...]:
+        """Where these clips and their initial motions lie, in a form that outlives this object."""
+        return tuple(
+            (self.store.fingerprint, self.store.sequences[clip.sequence].name, clip.initial_start, clip.stop)
+            for clip in clips
+        )
 
     def train_batches(self, epoch: int) -> DataLoader[Item]:
         """The batches of one epoch: MotionBatch objects, in an order and of windows that only (seed, epoch) decide."""

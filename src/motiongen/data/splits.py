@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter, defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,10 @@ from motiongen.data.clips import INITIAL_FRAMES, DataError
 from motiongen.data.store import ClipStore
 
 _log = logging.getLogger(__name__)
+
+SPLIT_FRAMES = 20
+"""Clips of fewer frames have no say in which groups are tested. Fixed, so that the sides are the same for every window
+length: a model trained on 60 frames may be tested on the clips of 20."""
 
 SegmentKey = tuple[int, int]
 """A segment of a store: its sequence's place, and its own in the sequence."""
@@ -70,11 +75,11 @@ def split(
     """Choose groups for the test side so that each tag has close to `test_share` of its clips there.
 
     A clip starts where its segment does and takes the 6 frames before as its initial motion; at the start of a sequence
-    the first 6 frames are the initial motion and the clip starts after them. Segments that leave fewer frames than
-    `min_frames` are no clips.
+    the first 6 frames are the initial motion and the clip starts after them.
 
     Groups are chosen greedily: first, rarest tag first, one group for every tag; then, as long as it brings the counts
-    closer to their targets, the group that does so most for each of its clips.
+    closer to their targets, the group that does so most for each of its clips. Clips of SPLIT_FRAMES decide; which of
+    them `min_frames` keeps has no influence, so that no clip changes sides with it.
 
     Args:
         store: the clips.
@@ -82,12 +87,12 @@ def split(
         test_share: the share to test, 0 to 1.
         test_cap: no tag has more test clips than this.
         min_clips: tags with fewer clips are left out, as are those that cannot be on both sides.
-        min_frames: what makes a clip.
+        min_frames: clips that are shorter are on neither side. A tag that has none left on one side is left out.
 
     Raises:
         DataError: no tag can be on both sides.
     """
-    clips = _clips(store, min_frames)
+    clips = _clips(store, SPLIT_FRAMES)
     tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
     left_out: dict[str, str] = {}
     tags: tuple[str, ...] = ()
@@ -101,21 +106,27 @@ def split(
             raise DataError(f"no tag has clips on both sides of a split: {left_out}")
         groups: dict[str, list[tuple[str, ...]]] = defaultdict(list)
         for clip, own in zip(clips, tags_of, strict=True):
-            kept = tuple(tag for tag in own if tag in tags)
-            if kept:
-                groups[store.sequences[clip.sequence].group].append(kept)
+            counted = tuple(tag for tag in own if tag in tags)
+            if counted:
+                groups[store.sequences[clip.sequence].group].append(counted)
         outcome = _choose(groups, tags, np.random.default_rng(seed), test_share, test_cap)
         if isinstance(outcome, str):
             left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
         else:
             chosen = outcome
-    usable = [clip for clip, own in zip(clips, tags_of, strict=True) if set(own) & set(tags)]
-    in_test = [store.sequences[clip.sequence].group in chosen for clip in usable]
+    kept = _clips(store, min_frames)
+    tested = [clip for clip in kept if store.sequences[clip.sequence].group in chosen]
+    trained = [clip for clip in kept if store.sequences[clip.sequence].group not in chosen]
+    on_both = _tags(store, trained) & _tags(store, tested)
+    left_out |= {tag: f"no clip of {min_frames} frames on one side" for tag in tags if tag not in on_both}
+    tags = tuple(tag for tag in tags if tag in on_both)
+    if not tags:
+        raise DataError(f"no tag has clips of {min_frames} frames on both sides of the split")
     for tag, reason in left_out.items():
         _log.warning("The split leaves out the tag %s: %s", tag, reason)
     return Split(
-        train=tuple(clip for clip, tested in zip(usable, in_test, strict=True) if not tested),
-        test=tuple(clip for clip, tested in zip(usable, in_test, strict=True) if tested),
+        train=tuple(clip for clip in trained if _tags(store, [clip]) & set(tags)),
+        test=tuple(clip for clip in tested if _tags(store, [clip]) & set(tags)),
         tags=tags,
         left_out=left_out,
     )
@@ -150,6 +161,11 @@ def _clips(store: ClipStore, min_frames: int) -> list[Clip]:
             if segment.stop - start >= min_frames:
                 clips.append(Clip(index, number, start, segment.stop, start - INITIAL_FRAMES))
     return clips
+
+
+def _tags(store: ClipStore, clips: Iterable[Clip]) -> set[str]:
+    """The tags of these clips."""
+    return {tag for clip in clips for tag in store.sequences[clip.sequence].segments[clip.segment].tags}
 
 
 def _choose(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motiongen.data.clips import Span
 from motiongen.data.splits import Clip
 from motiongen.errors import InputError
 from motiongen.motion.representation import ROTATION
@@ -47,6 +49,25 @@ def refuse_leaks(data: MotionData) -> None:
                 f"data {data.name}: frames {frame} to {frame + RUN - 1} of {tested}, a test clip, lie in the training "
                 f"clip {source} too; figures of this split would mean nothing. Give the two sequences one group"
             )
+
+
+def refuse_trained_clips(trained_on: Iterable[Span], data: MotionData) -> None:
+    """Check that a generator from another run has not seen the test clips of this data, as another split would have it.
+
+    Raises:
+        LeakError: naming the first test clip that shares frames with what the generator was trained on.
+    """
+    trained: dict[tuple[str, str], list[tuple[int, int]]] = defaultdict(list)
+    for store, sequence, start, stop in trained_on:
+        trained[store, sequence].append((start, stop))
+    for store, sequence, start, stop in data.frames_of(data.split.test):
+        for trained_start, trained_stop in trained[store, sequence]:
+            if start < trained_stop and trained_start < stop:
+                raise LeakError(
+                    f"data {data.name}: frames {start} to {stop - 1} of {sequence} are a test clip, but the generator "
+                    f"was trained on frames {trained_start} to {trained_stop - 1}; evaluate it on the split of its run "
+                    "(data, seed, data.test_share, data.test_cap and data.min_clips as they were)"
+                )
 
 
 def _runs(data: MotionData, clips: Iterable[Clip]) -> Iterator[tuple[Clip, int, int]]:

@@ -10,8 +10,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from motiongen.contracts import GeneratorModule
-from motiongen.data.clips import INITIAL_FRAMES
+from motiongen.data.clips import INITIAL_FRAMES, Span
 from motiongen.data.datamodule import MotionData
+from motiongen.evaluation.leaks import refuse_trained_clips
 from motiongen.generation.checkpoint import load_generator
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.representation import FEATURES
@@ -39,20 +40,26 @@ def build_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
     return generator
 
 
-def trained_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
-    """The generator that the run in the folder `config.run` trained."""
-    return _load(config.run, build_generator(config, data), data).eval()
-
-
-def first_generator(config: DictConfig, data: MotionData) -> GeneratorModule:
-    """What training starts from: the generator of the run in the folder `config.init`, or an untrained one."""
+def trained_generator(config: DictConfig, data: MotionData) -> tuple[GeneratorModule, tuple[Span, ...]]:
+    """The generator that the run in the folder `config.run` trained, and the frames that it was trained on."""
     generator = build_generator(config, data)
-    return generator if config.init is None else _load(config.init, generator, data)
+    trained_on = load_generator(Path(config.run) / GENERATOR_FILE, generator, data.tags)
+    return generator.eval(), trained_on
 
 
-def _load(run: str, generator: GeneratorModule, data: MotionData) -> GeneratorModule:
-    load_generator(Path(run) / GENERATOR_FILE, generator, data.tags)
-    return generator
+def first_generator(config: DictConfig, data: MotionData) -> tuple[GeneratorModule, tuple[Span, ...]]:
+    """What training starts from, and the frames that it has seen: the generator of the run in the folder `config.init`,
+    or an untrained one that has seen none.
+
+    Raises:
+        LeakError: the other run was trained on test clips of this one.
+    """
+    generator = build_generator(config, data)
+    if config.init is None:
+        return generator, ()
+    trained_on = load_generator(Path(config.init) / GENERATOR_FILE, generator, data.tags)
+    refuse_trained_clips(trained_on, data)
+    return generator, trained_on
 
 
 def build_body(config: DictConfig, data: MotionData) -> Body:

@@ -30,7 +30,7 @@ def run(config: DictConfig) -> None:
         data = build_data(config)
         record.data(data)
         actions = parse_timeline(config.timeline, data.tags)
-        generator = trained_generator(config, data)
+        generator, _ = trained_generator(config, data)
         draw = torch.Generator().manual_seed(config.seed)
         steps = [plan(action, data, draw) for action in actions]
         start = initial_clip(actions[0], data, draw)

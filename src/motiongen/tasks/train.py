@@ -21,7 +21,7 @@ def run(config: DictConfig) -> None:
     with Record(config, folder) as record:
         data = build_data(config)
         record.data(data)
-        generator = first_generator(config, data)
+        generator, seen = first_generator(config, data)
         shell = TrainingShell(
             generator, instantiate(config.objective), data.skeleton, instantiate(config.optimizer), config.seed
         )
@@ -35,7 +35,8 @@ def run(config: DictConfig) -> None:
         )
         device = next(generator.parameters()).device
         generator.eval().conclude(batch.to(device) for batch in data.train_windows(config.evaluation.batch_size))
-        save_generator(folder / GENERATOR_FILE, generator, data.tags)
+        trained_on = sorted({*seen, *data.frames_of(data.split.train)})
+        save_generator(folder / GENERATOR_FILE, generator, data.tags, trained_on)
         evaluation = judge(config, data, generator)
         record.evaluation(evaluation)
         record.previews(*write_previews(folder, config, data, generator))
