@@ -45,7 +45,7 @@ def _resumed(arguments: list[str], folder: Path) -> list[str]:
 
     So relative paths and the local MLflow database are what they were.
     """
-    stored = _stored(folder, "resume")
+    stored = stored_overrides(folder, "resume")
     if not any(folder.rglob(CHECKPOINT)):
         raise RunError(f"resume: {folder} has no {CHECKPOINT} to go on from; start the run again")
     if rest := [text for text in arguments if _key(text) != "resume"]:
@@ -58,7 +58,7 @@ def _resumed(arguments: list[str], folder: Path) -> list[str]:
 
 def _reopened(arguments: list[str], folder: Path) -> list[str]:
     """The run's configuration, and what is typed now on top of it."""
-    stored = _stored(folder, "run")
+    stored = stored_overrides(folder, "run")
     _require_generator(folder, "run")
     typed = _without(arguments, {"run"})
     again = {_key(text) for text in typed} | {"task", "run", "resume"}
@@ -67,13 +67,17 @@ def _reopened(arguments: list[str], folder: Path) -> list[str]:
 
 def _require_generator(folder: Path, key: str) -> None:
     """Raises RunError unless the folder is that of a run which finished its training."""
-    _stored(folder, key)
+    stored_overrides(folder, key)
     if not (folder / GENERATOR_FILE).is_file():
         raise RunError(f"{key}: {folder} has no {GENERATOR_FILE}: its training did not finish; resume={folder} goes on")
 
 
-def _stored(folder: Path, key: str) -> list[str]:
-    """The overrides that the run in `folder` was started with."""
+def stored_overrides(folder: Path, key: str) -> list[str]:
+    """The overrides that the run in `folder` was started with; `key` is what named the folder.
+
+    Raises:
+        RunError: it is not the folder of a run.
+    """
     if not (folder / OVERRIDES).is_file():
         raise RunError(f"{key}: {folder} is not the folder of a run (it has no {OVERRIDES})")
     return [str(text) for text in OmegaConf.load(folder / OVERRIDES)]

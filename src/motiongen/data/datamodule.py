@@ -124,8 +124,19 @@ class MotionData:
     def test_batches(self, batch_size: int) -> DataLoader[Item]:
         """All test windows, the shortest first, in the same batches every time."""
         items = self.test_items()
-        order = sorted(range(len(items)), key=lambda index: len(items.clips[index]))
+        order = self._test_order(items)
         return _loader(items, [order[start : start + batch_size] for start in range(0, len(order), batch_size)])
+
+    def test_takes(self) -> torch.Tensor:
+        """(N,) which group of takes each clip of `test_batches` was cut from, numbered from 0."""
+        items = self.test_items()
+        groups = [self.store.sequences[clip.sequence].group for clip in items.clips]
+        numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
+        return torch.tensor([numbers[groups[index]] for index in self._test_order(items)])
+
+    @staticmethod
+    def _test_order(items: MotionDataset) -> list[int]:
+        return sorted(range(len(items)), key=lambda index: len(items.clips[index]))
 
     def train_items(self) -> MotionDataset:
         """Training clips in consecutive windows, as test clips are cut."""

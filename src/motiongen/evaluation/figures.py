@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from motiongen.evaluation.judgement import Judgement
-from motiongen.evaluation.metrics.classification import accuracy, balanced_accuracy, inception_score, top_k_accuracy
+from motiongen.evaluation.metrics.classification import balanced_accuracy, hits, inception_score, top_k_accuracy
 from motiongen.evaluation.metrics.coverage import density_coverage, precision_recall
 from motiongen.evaluation.metrics.frechet import frechet_distance
 from motiongen.evaluation.metrics.kernel import kernel_distance
@@ -46,20 +46,27 @@ def metrics(judged: Judgement, reference: Tensor, training: Tensor, seed: int, p
         "expected_diversity": expected_diversity(judged.features),
         "expected_multimodality": expected_multimodality(judged.features, judged.tags),
         "nearest_training_distance": float(nearest_training_distance(judged.features, training).mean()),
-        "trajectory_error": float(judged.trajectory_error.nanmean()),
-        "joint_position_error": float(judged.joint_position_error.mean()),
-        "joint_speed": float(judged.joint_speed.nanmean()),
-        "frozen_share": float(judged.frozen_share.nanmean()),
-        "foot_skating": float(judged.foot_skating.nanmean()),
-        "floor_penetration": float(judged.floor_penetration.nanmean()),
         "peak_jerk": float(judged.peak_jerk.nan_to_num(0.0).max()),
-        "mean_jerk": float(judged.mean_jerk.nanmean()),
+        **{name: float(values.nanmean()) for name, values in clip_values(judged).items()},
+    }
+
+
+def clip_values(judged: Judgement) -> dict[str, Tensor]:
+    """The metrics that are means over clips, before the mean: name to (N,) float64, NaN where a clip has no value."""
+    return {
+        "accuracy": hits(judged.logits, judged.tags).double(),
+        "trajectory_error": judged.trajectory_error,
+        "joint_position_error": judged.joint_position_error,
+        "joint_speed": judged.joint_speed,
+        "frozen_share": judged.frozen_share,
+        "foot_skating": judged.foot_skating,
+        "floor_penetration": judged.floor_penetration,
+        "mean_jerk": judged.mean_jerk,
     }
 
 
 def _recognition(judged: Judgement) -> dict[str, float]:
     return {
-        "accuracy": accuracy(judged.logits, judged.tags),
         "top5_accuracy": top_k_accuracy(judged.logits, judged.tags, min(TOP, judged.logits.shape[1])),
         "balanced_accuracy": balanced_accuracy(judged.logits, judged.tags),
         "inception_score": inception_score(judged.logits),

@@ -6,11 +6,15 @@ import math
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from motiongen.evaluation.uncertainty import Interval
+
 if TYPE_CHECKING:
     from motiongen.evaluation.protocol import Protocol
 
 REAL = "real"
 """The name of the real test clips among the systems."""
+MOSTLY = 0.9
+"""A system that is frozen for a larger share of the time stands still."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,10 @@ class SystemResult:
     """Metric name to one value a seed."""
     actions: dict[str, ActionResult]
     """Tag to what its clips scored."""
+    clips: dict[str, Interval]
+    """Metric to its interval over test clips, of means over seeds; for the metrics that have one."""
+    differences: dict[str, Interval]
+    """Metric to its paired difference from the first system, this one minus that one, with its interval over clips."""
 
     def estimate(self, metric: str) -> Estimate:
         """Mean and 95% interval over seeds."""
@@ -74,7 +82,13 @@ class Evaluation:
     """N: test clips, and so the number of motions on either side of every FID of a system."""
     real_fid_count: int
     """Training clips that the real test clips' own FID was taken against: `count`, or all there are."""
+    takes: int
+    """The takes that the test clips were cut from; intervals over clips draw these."""
     data_fingerprint: str
+    recognizer: str
+    """The recognizer's family: the name of its class."""
+    feature_width: int
+    """E, the width of the features in which FID and its like are measured."""
     recognizer_fingerprint: str
     recognizer_accuracy: float
 
@@ -82,6 +96,19 @@ class Evaluation:
         """Tags whose mean joint speed differs from the real clips' by more than the protocol's tolerance."""
         tolerance, actions = self.protocol.speed_tolerance, self.systems[system].actions
         return tuple(tag for tag, action in actions.items() if abs(action.speed_ratio - 1) > tolerance)
+
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of the tables has to be told before believing them."""
+        found = []
+        if self.count <= self.feature_width:
+            found.append(
+                f"N = {self.count} is not above the {self.feature_width} features: covariances are not of full rank, "
+                "and FID is dominated by its bias; read KID instead"
+            )
+        for name, system in self.systems.items():
+            if system.estimate("frozen_share").mean > MOSTLY:
+                found.append(f"{name}: the motion stands still")
+        return tuple(found)
 
     def scalars(self) -> dict[str, float]:
         """Flat names to numbers for a tracker: "generated/fid", "generated/fid_interval", ... Finite values only."""
@@ -103,6 +130,8 @@ class Evaluation:
                 },
                 "actions": {tag: asdict(action) for tag, action in system.actions.items()},
                 "off_speed": list(self.off_speed(name)),
+                "over_clips": {metric: asdict(interval) for metric, interval in system.clips.items()},
+                "differences": {metric: asdict(interval) for metric, interval in system.differences.items()},
             }
             for name, system in self.systems.items()
         }
@@ -111,8 +140,15 @@ class Evaluation:
             "seeds": list(self.protocol.generation_seeds),
             "count": self.count,
             "real_fid_count": self.real_fid_count,
+            "takes": self.takes,
+            "warnings": list(self.warnings()),
             "data_fingerprint": self.data_fingerprint,
-            "recognizer": {"fingerprint": self.recognizer_fingerprint, "test_accuracy": self.recognizer_accuracy},
+            "recognizer": {
+                "name": self.recognizer,
+                "fingerprint": self.recognizer_fingerprint,
+                "test_accuracy": self.recognizer_accuracy,
+                "feature_width": self.feature_width,
+            },
             "systems": systems,
         }
         plain: dict[str, Any] = _without_nan(summary)

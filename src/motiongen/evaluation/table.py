@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 
 from motiongen.evaluation.results import REAL, Estimate, Evaluation
+from motiongen.evaluation.uncertainty import Interval
 
 HEADINGS = {
     "accuracy": ("accuracy", 3),
@@ -60,6 +62,27 @@ def further_rows(evaluation: Evaluation) -> list[dict[str, str]]:
     ]
 
 
+def interval_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """One row a metric that has an interval over test clips, one column a system: "value [low, high]"."""
+    return _interval_table({name: system.clips for name, system in evaluation.systems.items()})
+
+
+def difference_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """The paired differences from the first system, in the same form; no rows where nothing is to compare."""
+    return _interval_table({name: one.differences for name, one in evaluation.systems.items() if one.differences})
+
+
+def _interval_table(columns: dict[str, dict[str, Interval]]) -> list[dict[str, str]]:
+    shown = HEADINGS | FURTHER
+    measured = [metric for metric in shown if any(metric in column for column in columns.values())]
+    rows = []
+    for metric in measured:
+        heading, decimals = shown[metric]
+        cells = {name: _interval(column.get(metric), decimals) for name, column in columns.items()}
+        rows.append({"metric": heading} | cells)
+    return rows
+
+
 def action_rows(evaluation: Evaluation, system: str) -> list[dict[str, str]]:
     """One row an action: accuracy beside the real clips', speed and skating as ratios to theirs, the speed check."""
     off = evaluation.off_speed(system)
@@ -94,10 +117,46 @@ def footnote(evaluation: Evaluation) -> str:
     return (
         f"{evaluation.count} test clips (long ones cut into windows), "
         f"generation seeds {list(protocol.generation_seeds)}; mean ± 1.96 std / sqrt(n) over seeds. "
-        f"Recognizer {evaluation.recognizer_fingerprint[:12]} knows {evaluation.recognizer_accuracy:.3f} of the real "
-        f"test clips. FID of systems against the {evaluation.count} real test clips, of real test clips against "
+        f"{evaluation.recognizer} {evaluation.recognizer_fingerprint[:12]} knows "
+        f"{evaluation.recognizer_accuracy:.3f} of the real test clips. FID of systems against the "
+        f"{evaluation.count} real test clips, of real test clips against "
         f"{evaluation.real_fid_count} training clips."
     )
+
+
+def report(evaluation: Evaluation) -> str:
+    """All tables of one evaluation but the actions', with what has to be known to read them."""
+    differences = difference_rows(evaluation)
+    first = next((name for name in evaluation.systems if name != REAL), REAL)
+    parts = [
+        markdown(metric_rows(evaluation)),
+        footnote(evaluation),
+        *(f"Warning: {text}." for text in evaluation.warnings()),
+        markdown(further_rows(evaluation)),
+        f"95% intervals over test clips ({evaluation.takes} takes, drawn anew; for the FID left out in turn):",
+        markdown(interval_rows(evaluation)),
+    ]
+    if differences:
+        parts += [f"Paired differences from {first}, with their 95% intervals over test clips:", markdown(differences)]
+    return "\n\n".join(parts)
+
+
+def disagreements(one: Evaluation, other: Evaluation) -> list[str]:
+    """Pairs of systems that two recognizers order differently, in words, for accuracy and FID."""
+    found = []
+    names = [name for name in one.systems if name != REAL]
+    for metric in ("accuracy", "fid"):
+        for first, second in combinations(names, 2):
+            gaps = [
+                evaluation.systems[first].estimate(metric).mean - evaluation.systems[second].estimate(metric).mean
+                for evaluation in (one, other)
+            ]
+            if gaps[0] * gaps[1] < 0:
+                found.append(
+                    f"{HEADINGS[metric][0]} of {first} and {second}: {gaps[0]:+.3f} under {one.recognizer}, "
+                    f"{gaps[1]:+.3f} under {other.recognizer}"
+                )
+    return found
 
 
 def _text(estimate: Estimate, decimals: int) -> str:
@@ -105,6 +164,13 @@ def _text(estimate: Estimate, decimals: int) -> str:
         return "-"
     mean = f"{estimate.mean:.{decimals}f}"
     return mean if math.isnan(estimate.interval) else f"{mean} ± {estimate.interval:.{decimals}f}"
+
+
+def _interval(interval: Interval | None, decimals: int) -> str:
+    if interval is None or math.isnan(interval.value):
+        return "-"
+    text = f"{interval.value:.{decimals}f}"
+    return text if math.isnan(interval.low) else f"{text} [{interval.low:.{decimals}f}, {interval.high:.{decimals}f}]"
 
 
 def _number(value: float, decimals: int) -> str:

@@ -73,7 +73,7 @@ def _train(
         shutil.rmtree(temporary, ignore_errors=True)
         raise
     log.info("recognizer %s: accuracy %.3f on real test clips", fingerprint[:12], accuracy)
-    return TrainedRecognizer(recognizer, accuracy, fingerprint, was_trained=True)
+    return TrainedRecognizer(recognizer, accuracy, fingerprint, data.fingerprint, was_trained=True)
 
 
 def _load(folder: Path, build: RecognizerBuilder, data: MotionData, fingerprint: str) -> TrainedRecognizer:
@@ -81,10 +81,11 @@ def _load(folder: Path, build: RecognizerBuilder, data: MotionData, fingerprint:
     with torch.random.fork_rng(devices=[]):
         recognizer = build(tags=len(data.tags), skeleton=data.skeleton)
     try:
-        accuracy = float(json.loads((folder / INFO).read_text(encoding="utf-8"))["test_accuracy"])
+        info = json.loads((folder / INFO).read_text(encoding="utf-8"))
+        accuracy, trained_on = float(info["test_accuracy"]), str(info["data_fingerprint"])
         weights = torch.load(folder / WEIGHTS, map_location="cpu", weights_only=True)
         recognizer.load_state_dict(weights)
     except (OSError, EOFError, KeyError, ValueError, RuntimeError, pickle.UnpicklingError) as error:
         message = f"the cached recognizer in {folder} is damaged; delete that folder to train it anew: {error}"
         raise InputError(message) from error
-    return TrainedRecognizer(recognizer.eval(), accuracy, fingerprint, was_trained=False)
+    return TrainedRecognizer(recognizer.eval(), accuracy, fingerprint, trained_on, was_trained=False)

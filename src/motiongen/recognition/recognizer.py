@@ -43,5 +43,7 @@ class TrainedRecognizer:
     """Share of the real test clips that it recognizes, 0 to 1."""
     fingerprint: str
     """Hex digest of the data and settings that it was trained with."""
+    data_fingerprint: str
+    """That of the data and split that it was trained on."""
     was_trained: bool
     """Whether this call trained it; otherwise it came from the cache."""

@@ -34,6 +34,12 @@ def _evaluate(config: DictConfig) -> None:
     run(config)
 
 
+def _compare(config: DictConfig) -> None:
+    from motiongen.tasks.compare import run
+
+    run(config)
+
+
 def _synthesize(config: DictConfig) -> None:
     from motiongen.tasks.synthesize import run
 
@@ -64,10 +70,12 @@ def _compositions(config: DictConfig) -> None:
     run(config)
 
 
-MEASURING = ("scale", "data", "body", "recognizer", "evaluation", "generator", "tracker")
+JUDGING = ("recognizer", "second_recognizer", "evaluation")
+MEASURING = ("scale", "data", "body", *JUDGING, "generator", "tracker")
 TASKS: dict[str, Task] = {
     "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer", "init"), needs_experiment=True),
     "evaluate": Task(_evaluate, MEASURING, needs=("run",)),
+    "compare": Task(_compare, ("scale", "data", *JUDGING, "tracker"), needs=("runs",)),
     "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -13,8 +14,16 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
-from motiongen.evaluation.results import Evaluation
-from motiongen.evaluation.table import action_rows, footnote, further_rows, markdown, metric_rows
+from motiongen.evaluation.results import REAL, Evaluation
+from motiongen.evaluation.table import (
+    action_rows,
+    disagreements,
+    further_rows,
+    interval_rows,
+    markdown,
+    metric_rows,
+    report,
+)
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.resolvers import current_run_name
 from motiongen.tracking.summary import circumstances, write_summary
@@ -71,19 +80,30 @@ class Record:
             "left_out": data.split.left_out,
         }
 
-    def evaluation(self, evaluation: Evaluation) -> None:
-        """The metrics, everywhere."""
-        self._summary["evaluation"] = evaluation.to_json()
-        self.tracker.log_metrics(evaluation.scalars())
-        rows, further, actions = metric_rows(evaluation), further_rows(evaluation), action_rows(evaluation, "generated")
-        table = "\n\n".join([markdown(rows), footnote(evaluation), markdown(further), markdown(actions)]) + "\n"
+    def evaluation(self, evaluations: Sequence[Evaluation]) -> None:
+        """The metrics, everywhere: under the first recognizer, and under a second one where there is one."""
+        parts = []
+        for evaluation, prefix in zip(evaluations, ("", "second_"), strict=False):
+            systems = [name for name in evaluation.systems if name not in (REAL, "untrained")]
+            self._summary[f"{prefix}evaluation"] = evaluation.to_json()
+            scalars = evaluation.scalars()
+            self.tracker.log_metrics({f"{prefix}{name}": value for name, value in scalars.items()})
+            self.tracker.log_table(f"{prefix}metrics", metric_rows(evaluation))
+            self.tracker.log_table(f"{prefix}further_metrics", further_rows(evaluation))
+            self.tracker.log_table(f"{prefix}intervals", interval_rows(evaluation))
+            parts.append(report(evaluation))
+            for name in systems:
+                rows = action_rows(evaluation, name)
+                self.tracker.log_table(f"{prefix}actions_{name}" if len(systems) > 1 else f"{prefix}actions", rows)
+                parts += [f"Actions of {name}:", markdown(rows)]
+        if len(evaluations) > 1:
+            differing = disagreements(*evaluations)
+            parts += ["The two recognizers order all systems alike." if not differing else "They disagree about:"]
+            parts += [f"- {text}" for text in differing]
         path = self._folder / "metrics.md"
-        path.write_text(table, encoding="utf-8")
-        self.tracker.log_table("metrics", rows)
-        self.tracker.log_table("further_metrics", further)
-        self.tracker.log_table("actions", actions)
+        path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         self.tracker.log_artifact(path)
-        self._closing += [table]
+        self._closing += parts
 
     def previews(self, page: Path, *pictures: Path) -> None:
         """Files to watch, in the tracker, too."""
@@ -105,7 +125,7 @@ class Record:
 
     def print_outcome(self) -> None:
         """The closing lines: tables, where the motion lies, how to open the tracker."""
-        lines = [*self._closing, f"Run folder: {self._folder}"]
+        lines = ["\n\n".join(self._closing), "", f"Run folder: {self._folder}"]
         if command := self.tracker.how_to_open():
             lines.append(f"Browse the runs: {command}")
         print("\n".join(lines))

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
@@ -8,10 +10,26 @@ from torch import Tensor
 
 from motiongen.contracts import Condition
 from motiongen.data.datamodule import MotionData
-from motiongen.evaluation.protocol import Generate, Protocol, evaluate
-from motiongen.evaluation.results import REAL
-from motiongen.evaluation.table import FURTHER, HEADINGS, action_rows, footnote, further_rows, markdown, metric_rows
+from motiongen.evaluation.archive import Archive
+from motiongen.evaluation.evaluator import Generate, System, evaluate
+from motiongen.evaluation.leaks import LeakError
+from motiongen.evaluation.protocol import Protocol
+from motiongen.evaluation.results import REAL, Evaluation
+from motiongen.evaluation.table import (
+    FURTHER,
+    HEADINGS,
+    action_rows,
+    difference_rows,
+    disagreements,
+    footnote,
+    further_rows,
+    interval_rows,
+    markdown,
+    metric_rows,
+)
+from motiongen.evaluation.uncertainty import Interval
 from motiongen.motion.representation import TRANSLATION
+from motiongen.recognition.gru import GRURecognizer
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.recognition.transformer import TransformerRecognizer
 from tests.recognition.corpus import three_actions
@@ -29,7 +47,7 @@ def recognizer(data: MotionData) -> TrainedRecognizer:
     with torch.random.fork_rng():
         torch.manual_seed(0)
         network = TransformerRecognizer(tags=3, skeleton=data.skeleton, width=16, heads=2, layers=1, feature_width=8)
-    return TrainedRecognizer(network, test_accuracy=0.5, fingerprint="f" * 64, was_trained=False)
+    return TrainedRecognizer(network, 0.5, "f" * 64, data.fingerprint, was_trained=False)
 
 
 def replay(data: MotionData) -> Generate:
@@ -48,6 +66,13 @@ def replay(data: MotionData) -> Generate:
     return generate
 
 
+def judged(
+    data: MotionData, recognizer: TrainedRecognizer, protocol: Protocol = PROTOCOL, **systems: Generate
+) -> Evaluation:
+    named = {name: System(generate) for name, generate in systems.items()}
+    return evaluate(named, data, [recognizer], protocol)[0]
+
+
 def frozen(condition: Condition, seed: int) -> Tensor:
     return condition.initial_motion[:, -1:].expand(-1, condition.mask.shape[1], -1)
 
@@ -58,7 +83,7 @@ def noisy(condition: Condition, seed: int) -> Tensor:
 
 
 def test_the_real_motion_scores_as_real_motion(data: MotionData, recognizer: TrainedRecognizer) -> None:
-    found = evaluate({"replay": replay(data)}, data, recognizer, PROTOCOL)
+    found = judged(data, recognizer, replay=replay(data))
     real, replayed = found.systems[REAL], found.systems["replay"]
     assert replayed.values["trajectory_error"] == (0.0, 0.0, 0.0)
     assert replayed.values["joint_position_error"] == (0.0, 0.0, 0.0)
@@ -82,7 +107,7 @@ def test_the_real_motion_scores_as_real_motion(data: MotionData, recognizer: Tra
 
 
 def test_frozen_motion_is_flagged(data: MotionData, recognizer: TrainedRecognizer) -> None:
-    found = evaluate({"frozen": frozen}, data, recognizer, PROTOCOL)
+    found = judged(data, recognizer, frozen=frozen)
     assert set(found.off_speed("frozen")) == {"stand", "walk", "wave"}
     system = found.systems["frozen"]
     assert all(action.speed_ratio == pytest.approx(0.0, abs=1e-6) for action in system.actions.values())
@@ -104,36 +129,37 @@ def test_every_batch_and_seed_has_its_own_noise_and_the_whole_is_repeatable(
         seeds.append(seed)
         return noisy(condition, seed)
 
-    first = evaluate({"noisy": remembering}, data, recognizer, PROTOCOL)
+    first = judged(data, recognizer, noisy=remembering)
     assert len(set(seeds)) == len(seeds) == 3 * 2
     assert first.systems["noisy"].estimate("fid").interval > 0
-    assert evaluate({"noisy": noisy}, data, recognizer, PROTOCOL).to_json() == first.to_json()
+    assert judged(data, recognizer, noisy=noisy).to_json() == first.to_json()
 
 
 def test_padded_frames_never_enter(data: MotionData, recognizer: TrainedRecognizer) -> None:
     def spoiled(condition: Condition, seed: int) -> Tensor:
         return noisy(condition, seed).masked_fill(~condition.mask.unsqueeze(-1), float("nan"))
 
-    clean = evaluate({"system": noisy}, data, recognizer, PROTOCOL)
-    assert evaluate({"system": spoiled}, data, recognizer, PROTOCOL).to_json() == clean.to_json()
+    clean = judged(data, recognizer, system=noisy)
+    assert judged(data, recognizer, system=spoiled).to_json() == clean.to_json()
 
 
 def test_what_cannot_be_judged_is_named(data: MotionData, recognizer: TrainedRecognizer) -> None:
     with pytest.raises(ValueError, match=r"system broken, seed 0: .* not finite"):
-        evaluate({"broken": lambda condition, seed: frozen(condition, seed) * float("nan")}, data, recognizer, PROTOCOL)
+        judged(data, recognizer, broken=lambda condition, seed: frozen(condition, seed) * float("nan"))
     with pytest.raises(ValueError, match=r"system short, seed 0: .* shape"):
-        evaluate({"short": lambda condition, seed: frozen(condition, seed)[:, 1:]}, data, recognizer, PROTOCOL)
+        judged(data, recognizer, short=lambda condition, seed: frozen(condition, seed)[:, 1:])
     with pytest.raises(ValueError, match='"real" is kept'):
-        evaluate({REAL: frozen}, data, recognizer, PROTOCOL)
+        judged(data, recognizer, **{REAL: frozen})
 
 
 def test_the_results_can_be_written_logged_and_printed(data: MotionData, recognizer: TrainedRecognizer) -> None:
-    found = evaluate({"generated": noisy, "frozen": frozen}, data, recognizer, PROTOCOL)
+    found = judged(data, recognizer, generated=noisy, frozen=frozen)
     summary = json.loads(json.dumps(found.to_json(), allow_nan=False))
     assert list(summary["systems"]) == ["real", "generated", "frozen"]
     assert summary["seeds"] == [0, 1, 2]
     assert summary["count"] == 6
-    assert summary["recognizer"] == {"fingerprint": "f" * 64, "test_accuracy": 0.5}
+    assert summary["recognizer"]["fingerprint"] == "f" * 64
+    assert summary["recognizer"]["test_accuracy"] == 0.5
     fid = summary["systems"]["generated"]["metrics"]["fid"]
     assert sum(fid["values"]) / 3 == pytest.approx(fid["mean"])
     assert found.scalars()["generated/fid"] == fid["mean"]
@@ -148,3 +174,79 @@ def test_the_results_can_be_written_logged_and_printed(data: MotionData, recogni
     assert shown["share of the time frozen"] == "1.000 ± 0.000"
     assert set(HEADINGS) | set(FURTHER) == set(found.systems["frozen"].values)
     assert "6 test clips" in footnote(found)
+
+
+def test_seeds_that_were_judged_are_not_generated_again(
+    data: MotionData, recognizer: TrainedRecognizer, tmp_path: Path
+) -> None:
+    numbers: list[int] = []
+
+    def remembering(condition: Condition, seed: int) -> Tensor:
+        numbers.append(seed)
+        return noisy(condition, seed)
+
+    archive, system = Archive(tmp_path), {"noisy": System(remembering, "weights and settings")}
+    evaluate(system, data, [recognizer], PROTOCOL, archive)
+    assert len(numbers) == 3 * 2
+    (more,) = evaluate(system, data, [recognizer], replace(PROTOCOL, seeds=5), archive)
+    assert numbers[6:] == [6, 7, 8, 9]
+    assert more.to_json() == judged(data, recognizer, replace(PROTOCOL, seeds=5), noisy=noisy).to_json()
+    # A file that is damaged is made anew; another system, or one without a fingerprint, finds nothing.
+    next(tmp_path.iterdir()).write_bytes(b"cut")
+    evaluate(system, data, [recognizer], replace(PROTOCOL, seeds=5), archive)
+    assert len(numbers) == 6 + 4 + 2
+    evaluate({"noisy": System(remembering, "others")}, data, [recognizer], PROTOCOL, archive)
+    evaluate({"noisy": System(remembering)}, data, [recognizer], PROTOCOL, archive)
+    assert len(numbers) == 12 + 6 + 6
+
+
+def test_two_recognizers_judge_the_same_motions(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    calls: list[int] = []
+
+    def remembering(condition: Condition, seed: int) -> Tensor:
+        calls.append(seed)
+        return noisy(condition, seed)
+
+    with torch.random.fork_rng():
+        torch.manual_seed(1)
+        network = GRURecognizer(tags=3, skeleton=data.skeleton, width=16, layers=1)
+    second = TrainedRecognizer(network, 0.5, "e" * 64, data.fingerprint, was_trained=False)
+    one, other = evaluate({"noisy": System(remembering)}, data, [recognizer, second], PROTOCOL)
+    assert len(calls) == 3 * 2
+    assert one.systems["noisy"].values["fid"] != other.systems["noisy"].values["fid"]
+    assert one.systems["noisy"].values["foot_skating"] == other.systems["noisy"].values["foot_skating"]
+    assert (one.recognizer, other.recognizer) == ("TransformerRecognizer", "GRURecognizer")
+
+
+def test_a_recognizer_of_another_split_is_refused(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    with pytest.raises(LeakError, match="it may know the test clips"):
+        judged(data, replace(recognizer, data_fingerprint="another"), noisy=noisy)
+
+
+def test_intervals_and_differences_are_over_the_clips(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    found = judged(data, recognizer, noisy=noisy, again=noisy, frozen=frozen)
+    system = found.systems["noisy"]
+    for metric in ("accuracy", "fid", "joint_position_error", "foot_skating"):
+        interval = system.clips[metric]
+        assert interval.value == pytest.approx(system.estimate(metric).mean, nan_ok=True)
+        assert not interval.low > interval.value > interval.high
+    same = found.systems["again"].differences
+    assert all(interval == Interval(0.0, 0.0, 0.0) for interval in same.values())
+    error = found.systems["frozen"].differences["joint_position_error"]
+    expected = (
+        found.systems["frozen"].estimate("joint_position_error").mean - system.clips["joint_position_error"].value
+    )
+    assert error.value == pytest.approx(expected)
+    assert not system.differences
+    assert "frozen: the motion stands still" in found.warnings()
+    assert any("covariances are not of full rank" in text for text in found.warnings())
+    assert [row["metric"] for row in difference_rows(found)][:2] == ["accuracy", "FID"]
+    assert {"real", "noisy", "again", "frozen"} < set(interval_rows(found)[0])
+
+
+def test_recognizers_that_disagree_are_named(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    found = judged(data, recognizer, noisy=noisy, frozen=frozen)
+    assert disagreements(found, found) == []
+    swapped = dict(zip(found.systems, [found.systems[name] for name in ("real", "frozen", "noisy")], strict=True))
+    other = replace(found, systems=swapped, recognizer="Other")
+    assert any(text.startswith("FID of noisy and frozen: ") for text in disagreements(found, other))

@@ -1,0 +1,245 @@
+"""Judges systems, and the real clips, on the test split, under one recognizer or several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import torch
+from rich.progress import Progress
+from torch import Tensor
+
+from motiongen.contracts import Condition, MotionBatch
+from motiongen.evaluation.archive import Archive
+from motiongen.evaluation.figures import clip_values, metrics
+from motiongen.evaluation.judgement import Judge, Judgement
+from motiongen.evaluation.leaks import LeakError, refuse_leaks
+from motiongen.evaluation.metrics.classification import class_accuracy
+from motiongen.evaluation.metrics.frechet import frechet_distance
+from motiongen.evaluation.protocol import Protocol
+from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
+from motiongen.evaluation.uncertainty import Interval, bootstrap, jackknife
+from motiongen.recognition.recognizer import Recognizer, TrainedRecognizer
+
+if TYPE_CHECKING:
+    from motiongen.data.datamodule import MotionData
+
+Generate = Callable[[Condition, int], Tensor]
+"""Condition and seed to motion (B, T, 135): all that evaluation knows of a system."""
+
+
+@dataclass(frozen=True)
+class System:
+    """What is judged."""
+
+    generate: Generate
+    """From a model in eval mode, on the recognizers' device."""
+    fingerprint: str = ""
+    """Of all that decides what it generates. What was measured of a system without one is not kept."""
+
+
+@torch.inference_mode()
+def evaluate(
+    systems: Mapping[str, System],
+    data: MotionData,
+    recognizers: Sequence[TrainedRecognizer],
+    protocol: Protocol,
+    archive: Archive | None = None,
+) -> tuple[Evaluation, ...]:
+    """Judge systems, and the real clips, on the test split: one evaluation a recognizer, of the same motions.
+
+    Every system generates every test clip once a seed. A system's FID is against the real test clips; the real clips'
+    own FID is against as many training clips, drawn anew for every seed. All other metrics of the real clips are the
+    same functions on the real motion. Seeds that lie in the archive are not generated again.
+
+    Args:
+        systems: what is judged, by name; differences are taken from the first.
+        data: whose test split is used.
+        recognizers: trained on the same data's training split.
+        protocol: seeds and settings.
+        archive: where judgements of single seeds are kept.
+
+    Raises:
+        LeakError: a test clip lies in the training set, or a recognizer was trained on another split.
+        ValueError: a system named "real", a tag without a test clip, or a system whose motion is not finite or of the
+            wrong shape (with its name).
+    """
+    if REAL in systems:
+        raise ValueError(f'the name "{REAL}" is kept for the real test clips')
+    refuse_leaks(data)
+    for recognizer in recognizers:
+        _refuse_other_data(recognizer, data)
+    device = next(recognizers[0].recognizer.parameters()).device
+    batches = [batch.to(device) for batch in data.test_batches(protocol.batch_size)]
+    tested = torch.cat([batch.condition.tags for batch in batches]).sum(dim=0)
+    if absent := [tag for tag, count in zip(data.tags, tested.tolist(), strict=True) if not count]:
+        raise ValueError(f"data {data.name}: no test clip shows {', '.join(absent)}; its figures would mean nothing")
+    judges = [Judge.of(one.recognizer.eval(), data, batches, protocol.frozen_speed) for one in recognizers]
+    with Progress() as progress:
+        task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds)
+        runs: list[dict[str, list[Judgement]]] = [{name: [] for name in systems} for _ in judges]
+        for name, system in systems.items():
+            keys = [_key(system, data, recognizer, protocol) for recognizer in recognizers]
+            for seed in protocol.generation_seeds:
+                try:
+                    found = _judged(system, seed, batches, judges, keys, archive)
+                except ValueError as error:
+                    raise ValueError(f"system {name}, seed {seed}: {error}") from error
+                for own, judgement in zip(runs, found, strict=True):
+                    own[name].append(judgement)
+                progress.advance(task)
+    return tuple(
+        _evaluation(judge, recognizer, own, batches, data, protocol)
+        for judge, recognizer, own in zip(judges, recognizers, runs, strict=True)
+    )
+
+
+def _refuse_other_data(recognizer: TrainedRecognizer, data: MotionData) -> None:
+    if recognizer.data_fingerprint != data.fingerprint:
+        raise LeakError(
+            f"the recognizer {recognizer.fingerprint[:12]} was trained on other data or another split "
+            f"({recognizer.data_fingerprint[:12]}) than is tested ({data.fingerprint[:12]}): it may know the test clips"
+        )
+
+
+def _key(system: System, data: MotionData, recognizer: TrainedRecognizer, protocol: Protocol) -> tuple[Any, ...] | None:
+    """All that a seed's judgement depends on, besides the seed."""
+    settings = {name: asdict(protocol)[name] for name in ("batch_size", "frozen_speed")}
+    parts = (system.fingerprint, data.fingerprint, recognizer.fingerprint, settings)
+    return parts if system.fingerprint else None
+
+
+def _judged(
+    system: System,
+    seed: int,
+    batches: Sequence[MotionBatch],
+    judges: Sequence[Judge],
+    keys: Sequence[tuple[Any, ...] | None],
+    archive: Archive | None,
+) -> list[Judgement]:
+    """One seed's motions of all test clips before every judge; from the archive where they lie there for all judges."""
+    kept = [archive.load((*key, seed)) if archive and key else None for key in keys]
+    known = [judgement for judgement in kept if judgement is not None]
+    if len(known) == len(judges):
+        return known
+    parts: list[list[Judgement]] = [[] for _ in judges]
+    for index, batch in enumerate(batches):
+        # Neither batches nor seeds may share their noise: every pair of the two has a number of its own.
+        motion = system.generate(batch.condition, seed * len(batches) + index)
+        for judge, own in zip(judges, parts, strict=True):
+            own.append(judge(motion, batch))
+    found = [Judgement.concatenate(own) for own in parts]
+    for key, judgement in zip(keys, found, strict=True):
+        if archive and key:
+            archive.save((*key, seed), judgement)
+    return found
+
+
+def _evaluation(
+    judge: Judge,
+    recognizer: TrainedRecognizer,
+    runs: Mapping[str, Sequence[Judgement]],
+    batches: Sequence[MotionBatch],
+    data: MotionData,
+    protocol: Protocol,
+) -> Evaluation:
+    """Everything under one recognizer."""
+    real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
+    training = _training_features(judge.recognizer, data, protocol.batch_size, batches[0].motion.device)
+    takes = data.test_takes()
+    drawn = min(len(real), len(training))
+    own = []
+    for seed in protocol.generation_seeds:
+        chosen = torch.randperm(len(training), generator=_generator(seed))[:drawn]
+        own.append(metrics(real, training[chosen], training, seed, protocol))
+    first = next(iter(runs), REAL)
+    means = {REAL: clip_values(real)} | {name: _seed_means(seeds) for name, seeds in runs.items()}
+    fids = {name: _fid(seeds, real) for name, seeds in runs.items()}
+    results = {}
+    for name in means:
+        seeds = runs.get(name)
+        numbered = zip(seeds or (), protocol.generation_seeds, strict=bool(seeds))
+        values = [metrics(run, real.features, training, seed, protocol) for run, seed in numbered] or own
+        clips, differences = _intervals(means[name], takes, protocol), {}
+        if name in fids:
+            clips["fid"] = jackknife(fids[name], takes, protocol.jackknife_groups)
+        if name != first:
+            apart = {metric: mean - means[first][metric] for metric, mean in means[name].items()}
+            differences = _intervals(apart, takes, protocol)
+        if name in fids and name != first:
+            differences["fid"] = jackknife(
+                lambda kept, name=name: fids[name](kept) - fids[first](kept), takes, protocol.jackknife_groups
+            )
+        actions = action_results(Judgement.concatenate(seeds or [real]), real, data.tags)
+        results[name] = SystemResult(_by_metric(values), actions, clips, differences)
+    return Evaluation(
+        protocol=protocol,
+        systems=results,
+        count=len(real),
+        real_fid_count=drawn,
+        takes=int(takes.max()) + 1,
+        data_fingerprint=data.fingerprint,
+        recognizer=type(recognizer.recognizer).__name__,
+        feature_width=real.features.shape[1],
+        recognizer_fingerprint=recognizer.fingerprint,
+        recognizer_accuracy=recognizer.test_accuracy,
+    )
+
+
+def _seed_means(seeds: Sequence[Judgement]) -> dict[str, Tensor]:
+    """What every clip scored on average over seeds: name to (N,)."""
+    values = [clip_values(run) for run in seeds]
+    return {metric: torch.stack([one[metric] for one in values]).nanmean(dim=0) for metric in values[0]}
+
+
+def _intervals(values: Mapping[str, Tensor], takes: Tensor, protocol: Protocol) -> dict[str, Interval]:
+    # The same takes are drawn for every metric and system.
+    return {
+        metric: bootstrap(clips, takes, protocol.bootstrap_draws, _generator(protocol.first_seed))
+        for metric, clips in values.items()
+    }
+
+
+def _fid(seeds: Sequence[Judgement], real: Judgement) -> Callable[[Tensor], float]:
+    """The FID of the clips that a mask keeps, mean over seeds."""
+    return lambda kept: sum(frechet_distance(run.features[kept], real.features[kept]) for run in seeds) / len(seeds)
+
+
+def action_results(judged: Judgement, real: Judgement, tags: tuple[str, ...]) -> dict[str, ActionResult]:
+    """What the clips of every tag scored, beside the real clips of that tag; tags without a test clip are left out."""
+    right = class_accuracy(judged.logits, judged.tags)
+    speed, real_speed = _tag_means(judged.joint_speed, judged.tags), _tag_means(real.joint_speed, real.tags)
+    skating, real_skating = _tag_means(judged.foot_skating, judged.tags), _tag_means(real.foot_skating, real.tags)
+    counts = (real.tags > 0).sum(dim=0)
+    return {
+        tag: ActionResult(
+            count=int(counts[column]),
+            accuracy=float(right[column]),
+            joint_speed=float(speed[column]),
+            speed_ratio=float(speed[column] / real_speed[column]),
+            foot_skating=float(skating[column]),
+            skating_ratio=float(skating[column] / real_skating[column]),
+        )
+        for column, tag in enumerate(tags)
+        if counts[column]
+    }
+
+
+def _tag_means(values: Tensor, tags: Tensor) -> Tensor:
+    """Mean of (N,) over the clips of every tag (N, A), NaN clips left out: (A,)."""
+    return torch.stack([values[column > 0].nanmean() for column in tags.T])
+
+
+def _by_metric(seeds: list[dict[str, float]]) -> dict[str, tuple[float, ...]]:
+    return {metric: tuple(values[metric] for values in seeds) for metric in seeds[0]}
+
+
+def _training_features(network: Recognizer, data: MotionData, batch_size: int, device: torch.device) -> Tensor:
+    """(M, E) float64 features of all training clips, cut into windows as the test clips are."""
+    batches = (batch.to(device) for batch in data.train_windows(batch_size))
+    return torch.cat([network(batch.motion, batch.condition.mask).features for batch in batches]).double().cpu()
+
+
+def _generator(seed: int) -> torch.Generator:
+    return torch.Generator().manual_seed(seed)

@@ -1,0 +1,76 @@
+"""Runs side by side, at `scale=smoke`, and what cannot be compared."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from omegaconf import OmegaConf
+
+from motiongen.configuration import compose
+from motiongen.generation.checkpoint import save_generator
+from motiongen.tasks.assembly import build_data, build_generator
+
+COMMON = ["scale=smoke", "data.source.sessions=8", "data.min_clips=2", "evaluation.seeds=2", "tracker=none"]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("runs")
+
+
+def untrained_run(folder: Path, experiment: str, *changes: str) -> Path:
+    """The folder of a run that ended before its first step."""
+    overrides = [f"+experiment={experiment}", *COMMON, f"cache={folder.parent / 'cache'}", *changes]
+    config = compose(overrides)
+    (folder / ".hydra").mkdir(parents=True)
+    OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
+    data = build_data(config)
+    save_generator(folder / "generator.pt", build_generator(config, data), data.tags, data.frames_of(data.split.train))
+    return folder
+
+
+def motiongen(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "motiongen", *arguments, *COMMON, f"cache={place / 'cache'}"],
+        cwd=place,
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        timeout=1200,
+        check=False,
+    )
+
+
+def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path) -> None:
+    runs = [untrained_run(place / name, name) for name in ("marionette", "actor")]
+    listed = ",".join(map(str, runs))
+    answer = motiongen(
+        place, "task=compare", f"runs=[{listed}]", "recognizer@second_recognizer=gru", "hydra.run.dir=compared"
+    )
+    assert answer.returncode == 0, answer.stderr
+    summary = json.loads((place / "compared" / "summary.json").read_text())
+    for key, name in (("evaluation", "TransformerRecognizer"), ("second_evaluation", "GRURecognizer")):
+        assert list(summary[key]["systems"]) == ["real", "marionette-s0", "actor-s0"]
+        assert summary[key]["recognizer"]["name"] == name
+    assert set(summary["evaluation"]["systems"]["actor-s0"]["differences"]) >= {"accuracy", "fid"}
+    assert "Paired differences from marionette-s0" in answer.stdout
+    assert "two recognizers" in answer.stdout or "They disagree about:" in answer.stdout
+
+
+def test_a_run_that_saw_the_test_clips_is_refused(place: Path) -> None:
+    other = untrained_run(place / "other_split", "marionette", "seed=7")
+    answer = motiongen(place, "task=compare", f"runs=[{other}]")
+    assert answer.returncode == 1
+    assert "are a test clip, but the generator was trained on frames" in answer.stderr
+
+
+def test_a_folder_without_a_run_is_refused(place: Path) -> None:
+    (place / "empty").mkdir()
+    answer = motiongen(place, "task=compare", "runs=[empty]")
+    assert answer.returncode == 1
+    assert "runs: empty is not the folder of a run" in answer.stderr
