@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -146,7 +146,8 @@ def _evaluation(
 ) -> Evaluation:
     """Everything under one recognizer."""
     real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
-    training = _training_features(judge.recognizer, data, protocol.batch_size, batches[0].motion.device)
+    # Cut into windows as the test clips are.
+    training = features_of(judge.recognizer, data.train_windows(protocol.batch_size))
     takes = data.test_takes()
     drawn = min(len(real), len(training))
     own = []
@@ -168,9 +169,7 @@ def _evaluation(
             apart = {metric: mean - means[first][metric] for metric, mean in means[name].items()}
             differences = _intervals(apart, takes, protocol)
         if name in fids and name != first:
-            differences["fid"] = jackknife(
-                lambda kept, name=name: fids[name](kept) - fids[first](kept), takes, protocol.jackknife_groups
-            )
+            differences["fid"] = jackknife(_apart(fids[name], fids[first]), takes, protocol.jackknife_groups)
         actions = action_results(Judgement.concatenate(seeds or [real]), real, data.tags)
         results[name] = SystemResult(_by_metric(values), actions, clips, differences)
     return Evaluation(
@@ -185,6 +184,10 @@ def _evaluation(
         recognizer_fingerprint=recognizer.fingerprint,
         recognizer_accuracy=recognizer.test_accuracy,
     )
+
+
+def _apart(one: Callable[[Tensor], float], other: Callable[[Tensor], float]) -> Callable[[Tensor], float]:
+    return lambda kept: one(kept) - other(kept)
 
 
 def _seed_means(seeds: Sequence[Judgement]) -> dict[str, Tensor]:
@@ -235,10 +238,12 @@ def _by_metric(seeds: list[dict[str, float]]) -> dict[str, tuple[float, ...]]:
     return {metric: tuple(values[metric] for values in seeds) for metric in seeds[0]}
 
 
-def _training_features(network: Recognizer, data: MotionData, batch_size: int, device: torch.device) -> Tensor:
-    """(M, E) float64 features of all training clips, cut into windows as the test clips are."""
-    batches = (batch.to(device) for batch in data.train_windows(batch_size))
-    return torch.cat([network(batch.motion, batch.condition.mask).features for batch in batches]).double().cpu()
+@torch.inference_mode()
+def features_of(network: Recognizer, batches: Iterable[MotionBatch]) -> Tensor:
+    """(M, E) float64 features of the real clips of these batches, on the CPU."""
+    device = next(network.parameters()).device
+    moved = (batch.to(device) for batch in batches)
+    return torch.cat([network(batch.motion, batch.condition.mask).features for batch in moved]).double().cpu()
 
 
 def _generator(seed: int) -> torch.Generator:

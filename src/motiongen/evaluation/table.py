@@ -8,6 +8,8 @@ from itertools import combinations
 from motiongen.evaluation.results import REAL, Estimate, Evaluation
 from motiongen.evaluation.uncertainty import Interval
 
+TENTH = 0.1
+
 HEADINGS = {
     "accuracy": ("accuracy", 3),
     "fid": ("FID", 3),
@@ -80,6 +82,25 @@ def _interval_table(columns: dict[str, dict[str, Interval]]) -> list[dict[str, s
         heading, decimals = shown[metric]
         cells = {name: _interval(column.get(metric), decimals) for name, column in columns.items()}
         rows.append({"metric": heading} | cells)
+    return rows
+
+
+def reaction_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """One row a metric, one column a system; an arrow where the value differs from the first system's by over a tenth.
+
+    A tenth of the first system's value or, where that is next to nothing, of the real clips' own.
+    """
+    first = next(name for name in evaluation.systems if name != REAL)
+    rows = []
+    for metric, (heading, decimals) in (HEADINGS | FURTHER).items():
+        means = {name: system.estimate(metric).mean for name, system in evaluation.systems.items()}
+        scale = max(abs(means[first]), abs(means[REAL]), 10**-decimals)
+        row = {"metric": heading}
+        for name, mean in means.items():
+            gap = mean - means[first]
+            arrow = "" if name == REAL or not abs(gap) > TENTH * scale else " ↑" if gap > 0 else " ↓"
+            row[name] = _number(mean, decimals) + arrow
+        rows.append(row)
     return rows
 
 

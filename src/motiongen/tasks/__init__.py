@@ -40,6 +40,12 @@ def _compare(config: DictConfig) -> None:
     run(config)
 
 
+def _known_cases(config: DictConfig) -> None:
+    from motiongen.tasks.known_cases import run
+
+    run(config)
+
+
 def _synthesize(config: DictConfig) -> None:
     from motiongen.tasks.synthesize import run
 
@@ -76,6 +82,7 @@ TASKS: dict[str, Task] = {
     "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer", "init"), needs_experiment=True),
     "evaluate": Task(_evaluate, MEASURING, needs=("run",)),
     "compare": Task(_compare, ("scale", "data", *JUDGING, "tracker"), needs=("runs",)),
+    "known_cases": Task(_known_cases, ("scale", "data", "recognizer", "evaluation")),
     "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
