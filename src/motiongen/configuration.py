@@ -88,7 +88,9 @@ def _check_one(config: DictConfig) -> None:
             f"{_list('experiments', names)}"
         )
     needed = [*task.needs, *(key for key in config.needs if key in task.reads)]
-    problems += [f"{key} must be given: {key}=..." for key in needed if config.get(key) is None]
+    for keys in (key.split("|") for key in needed):
+        if all(config.get(key) is None for key in keys):
+            problems.append(f"{' or '.join(keys)} must be given: {' or '.join(f'{key}=...' for key in keys)}")
     problems += problems_in(config, task.reads)
     if "data" in task.reads:
         problems += _missing_data(config)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from torch import Tensor
 from motiongen.contracts import Condition
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.archive import Archive
-from motiongen.evaluation.evaluator import Generate, System, evaluate
+from motiongen.evaluation.evaluator import Generate, Recorded, System, evaluate
 from motiongen.evaluation.leaks import LeakError
 from motiongen.evaluation.protocol import Protocol
 from motiongen.evaluation.results import REAL, Evaluation
@@ -250,3 +251,19 @@ def test_recognizers_that_disagree_are_named(data: MotionData, recognizer: Train
     swapped = dict(zip(found.systems, [found.systems[name] for name in ("real", "frozen", "noisy")], strict=True))
     other = replace(found, systems=swapped, recognizer="Other")
     assert any(text.startswith("FID of noisy and frozen: ") for text in disagreements(found, other))
+
+
+def test_recorded_motion_is_measured_without_a_counterpart(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    """Test clips as recorded motion score what they score as a system, where no counterpart is asked for."""
+    batches = list(data.test_batches(4))
+    systems = {"recorded": Recorded(batches), "replay": System(replay(data)), "half": Recorded(batches[:1])}
+    (found,) = evaluate(systems, data, [recognizer], PROTOCOL)
+    recorded, replayed, half = (found.systems[name] for name in systems)
+    for metric, values in replayed.values.items():
+        if metric not in ("trajectory_error", "joint_position_error"):
+            assert recorded.values[metric] == pytest.approx(values, abs=1e-9, nan_ok=True), metric
+    assert math.isnan(recorded.estimate("joint_position_error").mean)
+    assert recorded.differences == half.differences == {}
+    assert (recorded.count, half.count) == (6, 4)
+    assert metric_rows(found)[3]["N"] == "4"
+    json.dumps(found.to_json(), allow_nan=False)

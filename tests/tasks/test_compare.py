@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from omegaconf import OmegaConf
 
@@ -74,3 +75,24 @@ def test_a_folder_without_a_run_is_refused(place: Path) -> None:
     answer = motiongen(place, "task=compare", "runs=[empty]")
     assert answer.returncode == 1
     assert "runs: empty is not the folder of a run" in answer.stderr
+
+
+def test_motions_of_others_are_judged_by_the_same_protocol(place: Path) -> None:
+    """Training clips of the data, written as files, on their own body."""
+    data = build_data(compose([*COMMON, f"cache={place / 'cache'}"]))
+    folder = place / "motions"
+    folder.mkdir()
+    lines = ["file,tags"]
+    for number, clip in enumerate(data.split.train[:20]):
+        tags = data.store.sequences[clip.sequence].segments[clip.segment].tags
+        np.savez(folder / f"{number}.npz", features=data.store.features(clip.sequence, clip.start - 6, clip.stop))
+        lines.append(f"{number}.npz,{'+'.join(tags)}")
+    (folder / "labels.csv").write_text("\n".join(lines))
+    answer = motiongen(place, "task=evaluate", "motions=motions", "hydra.run.dir=judged")
+    assert answer.returncode == 0, answer.stderr
+    systems = json.loads((place / "judged" / "summary.json").read_text())["evaluation"]["systems"]
+    assert list(systems) == ["real", "motions"]
+    assert systems["motions"]["metrics"]["nearest_training_distance"]["mean"] == pytest.approx(0.0, abs=1e-3)
+    assert systems["motions"]["metrics"]["trajectory_error"]["mean"] is None
+    refused = motiongen(place, "task=evaluate")
+    assert "run or motions must be given: run=... or motions=..." in refused.stderr

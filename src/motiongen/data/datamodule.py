@@ -11,9 +11,10 @@ import numpy as np
 import torch
 from torch.utils.data import DataLoader
 
-from motiongen.data.clips import Source, Span
+from motiongen.contracts import MotionBatch
+from motiongen.data.clips import INITIAL_FRAMES, DataError, Source, Span
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
-from motiongen.data.splits import Clip, split, without_labels
+from motiongen.data.splits import Clip, all_clips, split, without_labels
 from motiongen.data.store import ClipStore
 from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
@@ -133,6 +134,24 @@ class MotionData:
         groups = [self.store.sequences[clip.sequence].group for clip in items.clips]
         numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
         return torch.tensor([numbers[groups[index]] for index in self._test_order(items)])
+
+    def outside(self, source: Source, cache: Path, batch_size: int) -> list[MotionBatch]:
+        """Motions of another source, cut into windows as test clips are, in batches with this data's tags.
+
+        Raises:
+            DataError: the source is damaged, bears a tag that this data has not, or has no motion that is long enough.
+        """
+        store = ClipStore.open(source, cache)
+        for sequence in store.sequences:
+            for tag in sequence.segments[0].tags:
+                if tag not in self.tags:
+                    raise DataError(f"{source.name}: {sequence.name}: tag {tag!r} is none of {', '.join(self.tags)}")
+        windows = [part for clip in all_clips(store, 1) for part in clip.windows(self._max_frames, self._min_frames)]
+        if not windows:
+            raise DataError(f"{source.name}: no motion has {self._min_frames} frames after the {INITIAL_FRAMES} first")
+        items = MotionDataset(store, self.tags, windows)
+        order = self._test_order(items)
+        return list(_loader(items, [order[start : start + batch_size] for start in range(0, len(order), batch_size)]))
 
     @staticmethod
     def _test_order(items: MotionDataset) -> list[int]:

@@ -92,7 +92,7 @@ def split(
     Raises:
         DataError: no tag can be on both sides.
     """
-    clips = _clips(store, SPLIT_FRAMES)
+    clips = all_clips(store, SPLIT_FRAMES)
     tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
     left_out: dict[str, str] = {}
     tags: tuple[str, ...] = ()
@@ -114,7 +114,7 @@ def split(
             left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
         else:
             chosen = outcome
-    kept = _clips(store, min_frames)
+    kept = all_clips(store, min_frames)
     tested = [clip for clip in kept if store.sequences[clip.sequence].group in chosen]
     trained = [clip for clip in kept if store.sequences[clip.sequence].group not in chosen]
     on_both = _tags(store, trained) & _tags(store, tested)
@@ -153,7 +153,8 @@ def without_labels(store: ClipStore, split: Split, share: float, seed: int) -> f
     return frozenset(hidden)
 
 
-def _clips(store: ClipStore, min_frames: int) -> list[Clip]:
+def all_clips(store: ClipStore, min_frames: int) -> list[Clip]:
+    """Every segment of at least `min_frames` frames after its initial motion, in the order of the store."""
     clips = []
     for index, sequence in enumerate(store.sequences):
         for number, segment in enumerate(sequence.segments):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -39,9 +39,16 @@ class System:
     """Of all that decides what it generates. What was measured of a system without one is not kept."""
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """Motions that exist already, with the action that each shows; no test clip is their counterpart."""
+
+    batches: Sequence[MotionBatch]
+
+
 @torch.inference_mode()
 def evaluate(
-    systems: Mapping[str, System],
+    systems: Mapping[str, System | Recorded],
     data: MotionData,
     recognizers: Sequence[TrainedRecognizer],
     protocol: Protocol,
@@ -52,6 +59,9 @@ def evaluate(
     Every system generates every test clip once a seed. A system's FID is against the real test clips; the real clips'
     own FID is against as many training clips, drawn anew for every seed. All other metrics of the real clips are the
     same functions on the real motion. Seeds that lie in the archive are not generated again.
+
+    Recorded motions are measured as they are. Where a figure compares a motion with the test clip that it was made for,
+    they have none, and no difference from other systems.
 
     Args:
         systems: what is judged, by name; differences are taken from the first.
@@ -80,6 +90,10 @@ def evaluate(
         task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds)
         runs: list[dict[str, list[Judgement]]] = [{name: [] for name in systems} for _ in judges]
         for name, system in systems.items():
+            if isinstance(system, Recorded):
+                for judge, own in zip(judges, runs, strict=True):
+                    own[name] = [_recorded(judge, system, device)] * protocol.seeds
+                continue
             keys = [_key(system, data, recognizer, protocol) for recognizer in recognizers]
             for seed in protocol.generation_seeds:
                 try:
@@ -89,8 +103,9 @@ def evaluate(
                 for own, judgement in zip(runs, found, strict=True):
                     own[name].append(judgement)
                 progress.advance(task)
+    paired = {name for name, system in systems.items() if isinstance(system, System)}
     return tuple(
-        _evaluation(judge, recognizer, own, batches, data, protocol)
+        _evaluation(judge, recognizer, own, paired, batches, data, protocol)
         for judge, recognizer, own in zip(judges, recognizers, runs, strict=True)
     )
 
@@ -136,15 +151,23 @@ def _judged(
     return found
 
 
+def _recorded(judge: Judge, system: Recorded, device: torch.device) -> Judgement:
+    batches = [batch.to(device) for batch in system.batches]
+    judged = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
+    unknown = torch.full_like(judged.trajectory_error, torch.nan)
+    return replace(judged, trajectory_error=unknown, joint_position_error=unknown)
+
+
 def _evaluation(
     judge: Judge,
     recognizer: TrainedRecognizer,
     runs: Mapping[str, Sequence[Judgement]],
+    paired: Set[str],
     batches: Sequence[MotionBatch],
     data: MotionData,
     protocol: Protocol,
 ) -> Evaluation:
-    """Everything under one recognizer."""
+    """Everything under one recognizer. `paired`: the systems whose clips stand for the test clips, in their order."""
     real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
     # Cut into windows as the test clips are.
     training = features_of(judge.recognizer, data.train_windows(protocol.batch_size))
@@ -154,24 +177,26 @@ def _evaluation(
     for seed in protocol.generation_seeds:
         chosen = torch.randperm(len(training), generator=_generator(seed))[:drawn]
         own.append(metrics(real, training[chosen], training, seed, protocol))
-    first = next(iter(runs), REAL)
     means = {REAL: clip_values(real)} | {name: _seed_means(seeds) for name, seeds in runs.items()}
-    fids = {name: _fid(seeds, real) for name, seeds in runs.items()}
+    fids = {name: _fid(seeds, real) for name, seeds in runs.items() if name in paired}
+    first = next(iter(fids), REAL)
     results = {}
-    for name in means:
+    for name, mean in means.items():
         seeds = runs.get(name)
         numbered = zip(seeds or (), protocol.generation_seeds, strict=bool(seeds))
         values = [metrics(run, real.features, training, seed, protocol) for run, seed in numbered] or own
-        clips, differences = _intervals(means[name], takes, protocol), {}
-        if name in fids:
+        counterparts = name in paired or name == REAL
+        count = len(mean["accuracy"])
+        clips, differences = _intervals(mean, takes if counterparts else torch.arange(count), protocol), {}
+        if name in paired:
             clips["fid"] = jackknife(fids[name], takes, protocol.jackknife_groups)
-        if name != first:
-            apart = {metric: mean - means[first][metric] for metric, mean in means[name].items()}
+        if counterparts and name != first:
+            apart = {metric: clip_means - means[first][metric] for metric, clip_means in mean.items()}
             differences = _intervals(apart, takes, protocol)
-        if name in fids and name != first:
+        if name in paired and name != first:
             differences["fid"] = jackknife(_apart(fids[name], fids[first]), takes, protocol.jackknife_groups)
         actions = action_results(Judgement.concatenate(seeds or [real]), real, data.tags)
-        results[name] = SystemResult(_by_metric(values), actions, clips, differences)
+        results[name] = SystemResult(count, _by_metric(values), actions, clips, differences)
     return Evaluation(
         protocol=protocol,
         systems=results,

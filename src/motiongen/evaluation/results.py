@@ -57,6 +57,8 @@ class ActionResult:
 class SystemResult:
     """What one system, or the real test clips, scored."""
 
+    count: int
+    """N: its clips."""
     values: dict[str, tuple[float, ...]]
     """Metric name to one value a seed."""
     actions: dict[str, ActionResult]
@@ -79,7 +81,7 @@ class Evaluation:
     systems: dict[str, SystemResult]
     """The real test clips under REAL, then the systems in the order in which they were given."""
     count: int
-    """N: test clips, and so the number of motions on either side of every FID of a system."""
+    """N: test clips, and so the number of real motions in every FID of a system."""
     real_fid_count: int
     """Training clips that the real test clips' own FID was taken against: `count`, or all there are."""
     takes: int
@@ -100,10 +102,11 @@ class Evaluation:
     def warnings(self) -> tuple[str, ...]:
         """What a reader of the tables has to be told before believing them."""
         found = []
-        if self.count <= self.feature_width:
+        fewest = min(self.real_fid_count, *(system.count for system in self.systems.values()))
+        if fewest <= self.feature_width:
             found.append(
-                f"N = {self.count} is not above the {self.feature_width} features: covariances are not of full rank, "
-                "and FID is dominated by its bias; read KID instead"
+                f"N = {fewest} is not above the {self.feature_width} features: covariances are not of full rank, and "
+                "FID is dominated by its bias; read KID instead"
             )
         for name, system in self.systems.items():
             if system.estimate("frozen_share").mean > MOSTLY:
@@ -129,6 +132,7 @@ class Evaluation:
                     for metric, values in system.values.items()
                 },
                 "actions": {tag: asdict(action) for tag, action in system.actions.items()},
+                "count": system.count,
                 "off_speed": list(self.off_speed(name)),
                 "over_clips": {metric: asdict(interval) for metric, interval in system.clips.items()},
                 "differences": {metric: asdict(interval) for metric, interval in system.differences.items()},

@@ -50,7 +50,7 @@ def metric_rows(evaluation: Evaluation) -> list[dict[str, str]]:
         for metric, (heading, decimals) in HEADINGS.items():
             row[heading] = _text(system.estimate(metric), decimals)
             if metric == "fid":
-                row["N"] = str(evaluation.real_fid_count if name == REAL else evaluation.count)
+                row["N"] = str(evaluation.real_fid_count if name == REAL else system.count)
         rows.append(row)
     return rows
 

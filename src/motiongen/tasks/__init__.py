@@ -16,7 +16,7 @@ class Task:
     reads: tuple[str, ...] = ()
     """Top-level sections and keys of the configuration that must be complete and right."""
     needs: tuple[str, ...] = ()
-    """Top-level keys that may not be null."""
+    """Top-level keys that may not be null; of several with `|` between them, one."""
     needs_experiment: bool = False
     answers: bool = False
     """Whether it only prints: it runs at once, before Hydra makes a folder."""
@@ -80,7 +80,7 @@ JUDGING = ("recognizer", "second_recognizer", "evaluation")
 MEASURING = ("scale", "data", "body", *JUDGING, "generator", "tracker")
 TASKS: dict[str, Task] = {
     "train": Task(_train, (*MEASURING, "objective", "optimizer", "trainer", "init"), needs_experiment=True),
-    "evaluate": Task(_evaluate, MEASURING, needs=("run",)),
+    "evaluate": Task(_evaluate, MEASURING, needs=("run|motions",)),
     "compare": Task(_compare, ("scale", "data", *JUDGING, "tracker"), needs=("runs",)),
     "known_cases": Task(_known_cases, ("scale", "data", "recognizer", "evaluation")),
     "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),

@@ -11,7 +11,7 @@ from omegaconf import DictConfig, OmegaConf
 from motiongen.contracts import GeneratorModule
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.archive import Archive, generator_fingerprint
-from motiongen.evaluation.evaluator import System, evaluate
+from motiongen.evaluation.evaluator import Recorded, System, evaluate
 from motiongen.evaluation.results import Evaluation
 from motiongen.recognition.cache import obtain_recognizer
 from motiongen.tasks.assembly import build_generator
@@ -26,7 +26,7 @@ def judge(config: DictConfig, data: MotionData, generator: GeneratorModule) -> t
 
 
 def judge_systems(
-    config: DictConfig, data: MotionData, systems: Mapping[str, System], device: str = "cpu"
+    config: DictConfig, data: MotionData, systems: Mapping[str, System | Recorded], device: str = "cpu"
 ) -> tuple[Evaluation, ...]:
     """Evaluate under `config.evaluation`: one evaluation under `recognizer`, another under `second_recognizer`.
 

@@ -1,0 +1,133 @@
+"""Motions in a folder of one's own: NPZ or BVH files, with `labels.csv` beside them."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import roma
+import torch
+from torch import Tensor
+
+from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.roots import check_root
+from motiongen.data.sources.bvh import read_bvh
+from motiongen.data.sources.files import digest, required
+from motiongen.data.sources.retarget import features, smpl_pose
+from motiongen.motion.representation import FEATURES, unpack
+from motiongen.motion.resampling import resample
+from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
+
+PARSER_VERSION = 1
+FPS = 30.0
+LABELS = "labels.csv"
+CENTIMETRES = 10.0
+"""A BVH file whose pelvis is higher than this is in centimetres."""
+
+
+class MotionFolder:
+    """Files that `labels.csv` lists in its columns `file` and `tags` (several tags with `+` between them).
+
+    - NPZ with `poses` (T, 66 or more): SMPL's axis angles, pelvis first, in a z-up world as AMASS has it, and `trans`
+      (T, 3) in metres, taken for the pelvis' position; `mocap_framerate` or `fps`, else 30 Hz.
+    - NPZ with `features` (T, 135), as `task=synthesize` writes; `fps` as above.
+    - BVH, y up, whose joints bear the 22 SMPL names (other joints are left out), in metres or centimetres; with zero
+      rotations the body stands in SMPL's T-pose.
+
+    Args:
+        root: the folder.
+        skeleton: the body that they are shown on.
+
+    Raises:
+        DataError: when constructed, if the folder, the labels or a file is missing; from `sequences`, if a file is not
+            of one of these forms, with the file and the field.
+    """
+
+    name = "folder"
+    root_tags: frozenset[str] = frozenset()
+
+    def __init__(self, *, root: str, skeleton: Skeleton) -> None:
+        self._root = check_root(root, "motions")
+        self._skeleton = skeleton
+        self._labels = _labels(self._root / LABELS)
+
+    def fingerprint(self) -> str:
+        paths = [self._root / LABELS, *(self._root / name for name in self._labels)]
+        return digest(self._root, paths, self.name, PARSER_VERSION)
+
+    def skeleton(self) -> Skeleton:
+        return self._skeleton
+
+    def __len__(self) -> int:
+        return len(self._labels)
+
+    def sequences(self) -> Iterator[Sequence]:
+        for name, tags in self._labels.items():
+            path = self._root / name
+            pose = features(*(_bvh(path) if path.suffix.lower() == ".bvh" else _npz(path)))
+            if not pose.isfinite().all():
+                raise DataError(f"{path}: a frame is not finite")
+            yield Sequence(name, name, pose, (Segment(0, len(pose), tags),))
+
+
+def _labels(path: Path) -> dict[str, tuple[str, ...]]:
+    with required(path).open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        if missing := {"file", "tags"} - set(reader.fieldnames or ()):
+            raise DataError(f"{path}: column {min(missing)!r} is missing")
+        labels = {row["file"]: tuple(tag.strip() for tag in row["tags"].split("+")) for row in reader}
+    if not labels:
+        raise DataError(f"{path}: no files are listed")
+    for name in labels:
+        if not required(path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+            raise DataError(f"{path}: file {name!r} lies outside the folder")
+    return labels
+
+
+def _npz(path: Path) -> tuple[Tensor, Tensor]:
+    """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), at 30 Hz."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            content = {name: file[name] for name in file.files if file[name].dtype.kind in "fiu"}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise DataError(f"{path}: not an NPZ file of plain arrays: {error}") from error
+    if "features" in content:
+        local, pelvis = unpack(_array(path, content, "features", FEATURES))
+    else:
+        turns = _array(path, content, "poses", 3 * JOINTS)[:, : 3 * JOINTS]
+        local, pelvis = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3)), _array(path, content, "trans", 3)
+    if len(local) != len(pelvis):
+        raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
+    rate = float(content.get("mocap_framerate", content.get("fps", FPS)))
+    return _at_thirty(local, pelvis, rate)
+
+
+def _array(path: Path, content: Mapping[str, Any], field: str, width: int) -> Tensor:
+    """(T, width or more) float64"""
+    if field not in content:
+        raise DataError(f"{path}: field {field!r} is missing")
+    array = content[field]
+    if array.ndim != 2 or array.shape[1] < width or not len(array):
+        raise DataError(f"{path}: field {field!r} has shape {array.shape}, not (frames, {width})")
+    return torch.from_numpy(array.astype(np.float64))
+
+
+def _bvh(path: Path) -> tuple[Tensor, Tensor]:
+    bvh = read_bvh(path)
+    if missing := [name for name in JOINT_NAMES if name not in bvh.names]:
+        raise DataError(f"{path}: HIERARCHY: joint {missing[0]} is missing")
+    rotations, positions = bvh.world()
+    columns = [bvh.names.index(name) for name in JOINT_NAMES]
+    pelvis = positions[:, columns[0]]
+    metres = 0.01 if float(pelvis[:, 1].abs().max()) > CENTIMETRES else 1.0
+    local, pelvis = smpl_pose(rotations[:, columns], torch.eye(3).to(rotations).expand(JOINTS, 3, 3), pelvis * metres)
+    return _at_thirty(local, pelvis, bvh.fps)
+
+
+def _at_thirty(local: Tensor, pelvis: Tensor, rate: float) -> tuple[Tensor, Tensor]:
+    # A rate that was rounded in the file, 30.00003, would cost the last frame.
+    return (local, pelvis) if abs(rate - FPS) < 0.01 else resample(local, pelvis, rate, FPS)
