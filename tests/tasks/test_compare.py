@@ -49,6 +49,7 @@ def motiongen(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
 
 def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path) -> None:
     runs = [untrained_run(place / name, name) for name in ("marionette", "actor")]
+    runs.append(untrained_run(place / "again", "marionette", "seed=3", "data.seed=0"))
     listed = ",".join(map(str, runs))
     answer = motiongen(
         place, "task=compare", f"runs=[{listed}]", "recognizer@second_recognizer=gru", "hydra.run.dir=compared"
@@ -56,9 +57,12 @@ def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path)
     assert answer.returncode == 0, answer.stderr
     summary = json.loads((place / "compared" / "summary.json").read_text())
     for key, name in (("evaluation", "TransformerRecognizer"), ("second_evaluation", "GRURecognizer")):
-        assert list(summary[key]["systems"]) == ["real", "marionette-s0", "actor-s0"]
+        assert list(summary[key]["systems"]) == ["real", "marionette-s0", "actor-s0", "marionette-s3"]
         assert summary[key]["recognizer"]["name"] == name
     assert set(summary["evaluation"]["systems"]["actor-s0"]["differences"]) >= {"accuracy", "fid"}
+    rows = [line for line in answer.stdout.splitlines() if line.startswith("| marionette ")]
+    assert rows
+    assert all(row.split("|")[2].strip() == "2" for row in rows)
     assert "Paired differences from marionette-s0" in answer.stdout
     assert "two recognizers" in answer.stdout or "They disagree about:" in answer.stdout
 

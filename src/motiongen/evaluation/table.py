@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from motiongen.evaluation.results import REAL, Estimate, Evaluation
@@ -62,6 +63,21 @@ def further_rows(evaluation: Evaluation) -> list[dict[str, str]]:
         | {name: _text(system.estimate(metric), decimals) for name, system in evaluation.systems.items()}
         for metric, (heading, decimals) in FURTHER.items()
     ]
+
+
+def training_rows(evaluation: Evaluation, groups: Mapping[str, Sequence[str]]) -> list[dict[str, str]]:
+    """One row a group of systems that are trainings of one composition: every metric as "mean ± interval" over them.
+
+    The interval is 1.96 std / sqrt(n) over the n trainings, each the mean of its generation seeds.
+    """
+    rows = []
+    for group, names in groups.items():
+        row = {"composition": group, "trainings": str(len(names))}
+        for metric, (heading, decimals) in (HEADINGS | FURTHER).items():
+            means = tuple(evaluation.systems[name].estimate(metric).mean for name in names)
+            row[heading] = _text(Estimate.of(means), decimals)
+        rows.append(row)
+    return rows
 
 
 def interval_rows(evaluation: Evaluation) -> list[dict[str, str]]:

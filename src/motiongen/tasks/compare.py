@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from pathlib import Path
 
 from omegaconf import DictConfig
@@ -23,15 +24,21 @@ def run(config: DictConfig) -> None:
         data = build_data(config)
         record.data(data)
         systems: dict[str, System] = {}
+        groups: dict[str, list[str]] = defaultdict(list)
         for folder in config.runs:
-            name, found = trained_system(Path(folder), data)
-            systems[name if name not in systems else f"{name}-{len(systems) + 1}"] = found
-        record.evaluation(judge_systems(config, data, systems))
+            composition, seed, found = trained_system(Path(folder), data)
+            name = f"{composition}-s{seed}"
+            if name in systems:
+                name = f"{name}-{len(systems) + 1}"
+            systems[name] = found
+            groups[composition].append(name)
+        several = any(len(names) > 1 for names in groups.values())
+        record.evaluation(judge_systems(config, data, systems), groups if several else {})
     record.print_outcome()
 
 
-def trained_system(folder: Path, data: MotionData) -> tuple[str, System]:
-    """The generator of a run, and the run's name with its seed.
+def trained_system(folder: Path, data: MotionData) -> tuple[str, int, System]:
+    """A run's name, its seed, and its generator.
 
     Raises:
         RunError: the folder is not that of a run.
@@ -41,4 +48,4 @@ def trained_system(folder: Path, data: MotionData) -> tuple[str, System]:
     config = compose([text for text in stored_overrides(folder, "runs") if not text.startswith("hydra.")])
     generator = build_generator(config, data)
     refuse_trained_clips(load_generator(folder / GENERATOR_FILE, generator, data.tags), data)
-    return f"{config.name}-s{config.seed}", system(config, generator.eval())
+    return str(config.name), int(config.seed), system(config, generator.eval())

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
+from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
 from hydra.core.hydra_config import HydraConfig
@@ -23,6 +23,7 @@ from motiongen.evaluation.table import (
     markdown,
     metric_rows,
     report,
+    training_rows,
 )
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.resolvers import current_run_name
@@ -80,8 +81,15 @@ class Record:
             "left_out": data.split.left_out,
         }
 
-    def evaluation(self, evaluations: Sequence[Evaluation]) -> None:
-        """The metrics, everywhere: under the first recognizer, and under a second one where there is one."""
+    def evaluation(
+        self, evaluations: Sequence[Evaluation], groups: Mapping[str, Sequence[str]] = MappingProxyType({})
+    ) -> None:
+        """The metrics, everywhere: under the first recognizer, and under a second one where there is one.
+
+        Args:
+            evaluations: one a recognizer.
+            groups: systems that are trainings of one composition, by its name.
+        """
         parts = []
         for evaluation, prefix in zip(evaluations, ("", "second_"), strict=False):
             systems = [name for name in evaluation.systems if name not in (REAL, "untrained")]
@@ -92,6 +100,10 @@ class Record:
             self.tracker.log_table(f"{prefix}further_metrics", further_rows(evaluation))
             self.tracker.log_table(f"{prefix}intervals", interval_rows(evaluation))
             parts.append(report(evaluation))
+            if groups:
+                rows = training_rows(evaluation, groups)
+                self.tracker.log_table(f"{prefix}trainings", rows)
+                parts += ["Over trainings, mean ± 1.96 std / sqrt(n):", markdown(rows)]
             for name in systems:
                 rows = action_rows(evaluation, name)
                 self.tracker.log_table(f"{prefix}actions_{name}" if len(systems) > 1 else f"{prefix}actions", rows)
