@@ -51,6 +51,19 @@ def test_training_from_a_run_takes_nothing_else_of_it(run: Path, monkeypatch: py
     assert completed(["+experiment=y", "init=null"]) == ["+experiment=y", "init=null"]
 
 
+def test_a_run_by_its_generator_or_by_its_id_in_mlflow(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (run / "generator.pt").touch()
+    (run / "mlflow_run_id").write_text("0123456789abcdef" * 2)
+    monkeypatch.chdir(tmp_path)
+    whole = completed(["task=evaluate", f"run={run}"])
+    assert completed(["task=evaluate", f"run={run / 'generator.pt'}"]) == whole
+    assert completed(["task=evaluate", f"run={'0123456789abcdef' * 2}"]) == whole
+    with pytest.raises(RunError, match="no folder below .* is that of the MLflow run ffff"):
+        completed(["task=evaluate", f"run={'f' * 32}"])
+
+
 def test_training_from_a_run_needs_its_generator(run: Path) -> None:
     with pytest.raises(RunError, match=r"init: .* has no generator\.pt: its training did not finish"):
         completed(["+experiment=y", f"init={run}"])

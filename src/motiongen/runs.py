@@ -6,6 +6,7 @@ With `resume` and `run`, its stored overrides stand in for what the user would h
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -19,6 +20,9 @@ GENERATOR_FILE = "generator.pt"
 """The trained generator of a finished run."""
 OVERRIDES = Path(".hydra", "overrides.yaml")
 HYDRA = Path(".hydra", "hydra.yaml")
+RUN_ID_FILE = "mlflow_run_id"
+"""Holds the id of the folder's run in MLflow."""
+RUN_ID = re.compile("[0-9a-f]{32}")
 
 
 class RunError(InputError):
@@ -85,7 +89,23 @@ def stored_overrides(folder: Path, key: str) -> list[str]:
 
 def _value(arguments: Iterable[str], key: str) -> Path | None:
     values = [text.partition("=")[2].strip("'\"") for text in arguments if text.startswith(f"{key}=")]
-    return Path(values[-1]).expanduser().absolute() if values and values[-1] not in ("null", "") else None
+    return run_folder_of(values[-1]) if values and values[-1] not in ("null", "") else None
+
+
+def run_folder_of(text: str) -> Path:
+    """The folder that is meant by a folder's path, by the path of the generator's file in it, or by an MLflow run id.
+
+    Ids are looked up below `runs/` in the working folder. What is none of these is taken for a folder.
+    """
+    path = Path(text).expanduser().absolute()
+    if path.is_file() and path.name == GENERATOR_FILE:
+        return path.parent
+    if RUN_ID.fullmatch(text) and not path.exists():
+        for file in Path("runs").rglob(RUN_ID_FILE):
+            if file.read_text(encoding="utf-8").strip() == text:
+                return file.parent.absolute()
+        raise RunError(f"no folder below {Path('runs').absolute()} is that of the MLflow run {text}")
+    return path
 
 
 def _key(text: str) -> str:

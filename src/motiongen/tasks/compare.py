@@ -12,7 +12,7 @@ from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.evaluator import System
 from motiongen.evaluation.leaks import refuse_trained_clips
 from motiongen.generation.checkpoint import load_generator
-from motiongen.runs import GENERATOR_FILE, stored_overrides
+from motiongen.runs import GENERATOR_FILE, run_folder_of, stored_overrides
 from motiongen.tasks.assembly import build_data, build_generator, run_folder
 from motiongen.tasks.judging import judge_systems, system
 from motiongen.tasks.record import Record
@@ -25,8 +25,8 @@ def run(config: DictConfig) -> None:
         record.data(data)
         systems: dict[str, System] = {}
         groups: dict[str, list[str]] = defaultdict(list)
-        for folder in config.runs:
-            composition, seed, found = trained_system(Path(folder), data)
+        for named in config.runs:
+            composition, seed, found = trained_system(run_folder_of(named), data)
             name = f"{composition}-s{seed}"
             if name in systems:
                 name = f"{name}-{len(systems) + 1}"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from filelock import FileLock
 
+from motiongen.runs import RUN_ID_FILE
 from motiongen.tracking.tracker import Status
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ PARAMS_A_REQUEST = 100
 METRICS_A_REQUEST = 1000
 SECONDS_BETWEEN_REQUESTS = 5.0
 """One request costs up to 90 ms however little it holds, so metrics wait for company."""
-RUN_ID_FILE = "mlflow_run_id"
 MODEL_TRAINING = {"mlflow.experimentKind": "custom_model_development"}
 """The experiment's tag by which the user interface opens it with metrics and charts, not with traces of prompts."""
 
