@@ -60,7 +60,7 @@ def test_a_run_by_its_generator_or_by_its_id_in_mlflow(
     whole = completed(["task=evaluate", f"run={run}"])
     assert completed(["task=evaluate", f"run={run / 'generator.pt'}"]) == whole
     assert completed(["task=evaluate", f"run={'0123456789abcdef' * 2}"]) == whole
-    with pytest.raises(RunError, match="no folder below .* is that of the MLflow run ffff"):
+    with pytest.raises(RunError, match=r"no folder below .* is that of the MLflow run ffff"):
         completed(["task=evaluate", f"run={'f' * 32}"])
 
 

@@ -11,7 +11,7 @@ from torch import Tensor
 from motiongen.evaluation.judgement import Judgement
 from motiongen.evaluation.metrics.classification import balanced_accuracy, hits, inception_score, top_k_accuracy
 from motiongen.evaluation.metrics.coverage import density_coverage, precision_recall
-from motiongen.evaluation.metrics.frechet import frechet_distance
+from motiongen.evaluation.metrics.frechet import extrapolated_frechet_distance, frechet_distance
 from motiongen.evaluation.metrics.kernel import kernel_distance
 from motiongen.evaluation.metrics.memorization import nearest_training_distance
 from motiongen.evaluation.metrics.spread import diversity, expected_diversity, expected_multimodality, multimodality
@@ -39,6 +39,7 @@ def metrics(judged: Judgement, reference: Tensor, training: Tensor, seed: int, p
     return {
         **_recognition(judged),
         "fid": frechet_distance(judged.features, reference),
+        "endless_fid": endless_frechet_distance(judged.features, reference, torch.Generator().manual_seed(seed)),
         "kid": kernel_distance(judged.features, reference),
         **_neighbourhoods(reference, judged.features, protocol),
         "diversity": diversity(judged.features, generator, protocol.diversity_pairs),
@@ -62,7 +63,15 @@ def clip_values(judged: Judgement) -> dict[str, Tensor]:
         "foot_skating": judged.foot_skating,
         "floor_penetration": judged.floor_penetration,
         "mean_jerk": judged.mean_jerk,
+        "jerk_area": judged.jerk_area,
     }
+
+
+def endless_frechet_distance(features: Tensor, reference: Tensor, generator: torch.Generator) -> float:
+    """The FID extrapolated to infinitely many motions (N, E); NaN for N below 2 E, where its bias is no line in 1/N."""
+    if len(features) < 2 * features.shape[1]:
+        return math.nan
+    return extrapolated_frechet_distance(features, reference, generator, smallest=0.5)
 
 
 def _recognition(judged: Judgement) -> dict[str, float]:

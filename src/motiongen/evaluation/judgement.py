@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Self
 
@@ -18,7 +18,7 @@ from motiongen.evaluation.metrics.motion import (
     resting_heights,
     trajectory_error,
 )
-from motiongen.evaluation.metrics.physics import floor_penetration, mean_jerk, peak_jerk
+from motiongen.evaluation.metrics.physics import floor_penetration, jerk_area, mean_jerk, peak_jerk
 from motiongen.motion.kinematics import joint_positions
 from motiongen.motion.representation import TRANSLATION
 from motiongen.motion.skeleton import Skeleton
@@ -55,6 +55,8 @@ class Judgement:
     """(N,) metres per second cubed; NaN for clips of fewer than four frames."""
     mean_jerk: Tensor
     """(N,) metres per second cubed; NaN for clips of fewer than four frames."""
+    jerk_area: Tensor
+    """(N,) metres per second cubed; NaN for clips of fewer than four frames."""
 
     def __len__(self) -> int:
         return len(self.tags)
@@ -80,15 +82,20 @@ class Judge:
     """(F,) metres: heights of the feet's joints when flat on the floor."""
     frozen_speed: float
     """Metres per second below which a body counts as frozen."""
+    usual_jerk: float
+    """Metres per second cubed: the mean of the real test clips."""
 
     @classmethod
-    def of(cls, recognizer: Recognizer, data: MotionData, batches: Iterable[MotionBatch], frozen_speed: float) -> Self:
+    def of(cls, recognizer: Recognizer, data: MotionData, batches: Sequence[MotionBatch], frozen_speed: float) -> Self:
         """A judge for this data whose real test clips are `batches`, on the recognizer's device."""
         travels = torch.tensor([tag in data.store.root_tags for tag in data.tags])
-        joints = [joint_positions(batch.motion[batch.condition.mask], data.skeleton) for batch in batches]
-        frames = torch.cat(joints).unsqueeze(0)
+        masks = [batch.condition.mask for batch in batches]
+        filled = [fill_padding(batch.motion, batch.condition.mask) for batch in batches]
+        joints = [joint_positions(motion, data.skeleton) for motion in filled]
+        frames = torch.cat([own[mask] for own, mask in zip(joints, masks, strict=True)]).unsqueeze(0)
         resting = resting_heights(frames, torch.ones_like(frames[..., 0, 0], dtype=torch.bool))
-        return cls(recognizer, data.skeleton, travels, resting, frozen_speed)
+        jerks = torch.cat([mean_jerk(own, mask) for own, mask in zip(joints, masks, strict=True)])
+        return cls(recognizer, data.skeleton, travels, resting, frozen_speed, float(jerks.nanmean().nan_to_num(0.0)))
 
     @torch.inference_mode()
     def __call__(self, motion: Tensor, batch: MotionBatch) -> Judgement:
@@ -119,5 +126,6 @@ class Judge:
             floor_penetration=floor_penetration(joints, mask, self.resting),
             peak_jerk=peak_jerk(joints, mask),
             mean_jerk=mean_jerk(joints, mask),
+            jerk_area=jerk_area(joints, mask, self.usual_jerk),
         )
         return Judgement(**{field.name: getattr(judged, field.name).double().cpu() for field in fields(judged)})

@@ -10,7 +10,8 @@ from torch import Tensor
 
 from motiongen.contracts import Condition, MotionBatch
 from motiongen.evaluation.evaluator import System
-from motiongen.evaluation.metrics.frechet import extrapolated_frechet_distance, frechet_distance
+from motiongen.evaluation.figures import endless_frechet_distance
+from motiongen.evaluation.metrics.frechet import frechet_distance
 from motiongen.motion.representation import ROTATION, TRANSLATION
 
 FPS = 30.0
@@ -100,14 +101,13 @@ def real_against_real(features: Tensor, sizes: Sequence[int], draws: int, seed: 
             order = torch.randperm(len(features), generator=generator)
             one, other = features[order[:size]], features[order[size : 2 * size]]
             found.append(frechet_distance(one, other))
-            if size > 2 * features.shape[1]:
-                endless.append(extrapolated_frechet_distance(one, other, generator, smallest=0.5))
+            endless.append(endless_frechet_distance(one, other, generator))
         rows.append({"N": str(size), "FID": _mean(found), "extrapolated FID": _mean(endless)})
     return rows
 
 
 def _mean(values: Sequence[float]) -> str:
-    if not values:
-        return "-"
     tensor = torch.tensor(values, dtype=torch.float64)
+    if not tensor.isfinite().all():
+        return "-"
     return f"{float(tensor.mean()):.3f} ± {1.96 * float(tensor.std()) / math.sqrt(len(values)):.3f}"

@@ -27,6 +27,7 @@ FURTHER = {
     "top5_accuracy": ("top-5 accuracy", 3),
     "balanced_accuracy": ("balanced accuracy", 3),
     "inception_score": ("inception score", 2),
+    "endless_fid": ("FID, extrapolated to endless N", 3),
     "kid": ("KID", 4),
     "precision": ("precision", 3),
     "recall": ("recall", 3),
@@ -39,6 +40,7 @@ FURTHER = {
     "floor_penetration": ("floor penetration (cm)", 3),
     "peak_jerk": ("peak jerk (m/s³)", 0),
     "mean_jerk": ("mean jerk (m/s³)", 0),
+    "jerk_area": ("jerk area (m/s³)", 0),
 }
 """The other metrics, in a table of their own with one row each."""
 
