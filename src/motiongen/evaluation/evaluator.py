@@ -12,14 +12,11 @@ from torch import Tensor
 
 from motiongen.contracts import Condition, MotionBatch
 from motiongen.evaluation.archive import Archive
-from motiongen.evaluation.figures import clip_values, metrics
 from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.leaks import LeakError, refuse_leaks
-from motiongen.evaluation.metrics.classification import class_accuracy
-from motiongen.evaluation.metrics.frechet import frechet_distance
 from motiongen.evaluation.protocol import Protocol
-from motiongen.evaluation.results import REAL, ActionResult, Evaluation, SystemResult
-from motiongen.evaluation.uncertainty import Interval, bootstrap, jackknife
+from motiongen.evaluation.results import REAL, Evaluation
+from motiongen.evaluation.scoring import Scoring
 from motiongen.recognition.recognizer import Recognizer, TrainedRecognizer
 
 if TYPE_CHECKING:
@@ -93,6 +90,7 @@ def evaluate(
             if isinstance(system, Recorded):
                 for judge, own in zip(judges, runs, strict=True):
                     own[name] = [_recorded(judge, system, device)] * protocol.seeds
+                progress.advance(task, protocol.seeds)
                 continue
             keys = [_key(system, data, recognizer, protocol) for recognizer in recognizers]
             for seed in protocol.generation_seeds:
@@ -171,38 +169,20 @@ def _evaluation(
     real = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
     # Cut into windows as the test clips are.
     training = features_of(judge.recognizer, data.train_windows(protocol.batch_size))
-    takes = data.test_takes()
-    drawn = min(len(real), len(training))
-    own = []
-    for seed in protocol.generation_seeds:
-        chosen = torch.randperm(len(training), generator=_generator(seed))[:drawn]
-        own.append(metrics(real, training[chosen], training, seed, protocol))
-    means = {REAL: clip_values(real)} | {name: _seed_means(seeds) for name, seeds in runs.items()}
-    fids = {name: _fid(seeds, real) for name, seeds in runs.items() if name in paired}
-    first = next(iter(fids), REAL)
-    results = {}
-    for name, mean in means.items():
-        seeds = runs.get(name)
-        numbered = zip(seeds or (), protocol.generation_seeds, strict=bool(seeds))
-        values = [metrics(run, real.features, training, seed, protocol) for run, seed in numbered] or own
-        counterparts = name in paired or name == REAL
-        count = len(mean["accuracy"])
-        clips, differences = _intervals(mean, takes if counterparts else torch.arange(count), protocol), {}
+    scoring = Scoring(real, training, data.test_takes(), data.tags, protocol)
+    first = next((name for name in runs if name in paired), None)
+    results = {REAL: scoring.real_clips(runs[first] if first else None)}
+    for name, seeds in runs.items():
         if name in paired:
-            clips["fid"] = jackknife(fids[name], takes, protocol.jackknife_groups)
-        if counterparts and name != first:
-            apart = {metric: clip_means - means[first][metric] for metric, clip_means in mean.items()}
-            differences = _intervals(apart, takes, protocol)
-        if name in paired and name != first:
-            differences["fid"] = jackknife(_apart(fids[name], fids[first]), takes, protocol.jackknife_groups)
-        actions = action_results(Judgement.concatenate(seeds or [real]), real, data.tags)
-        results[name] = SystemResult(count, _by_metric(values), actions, clips, differences)
+            results[name] = scoring.paired(seeds, runs[first] if first and name != first else None)
+        else:
+            results[name] = scoring.unpaired(seeds)
     return Evaluation(
         protocol=protocol,
         systems=results,
         count=len(real),
-        real_fid_count=drawn,
-        takes=int(takes.max()) + 1,
+        real_fid_count=scoring.drawn,
+        takes=scoring.take_count,
         data_fingerprint=data.fingerprint,
         recognizer=type(recognizer.recognizer).__name__,
         feature_width=real.features.shape[1],
@@ -211,65 +191,9 @@ def _evaluation(
     )
 
 
-def _apart(one: Callable[[Tensor], float], other: Callable[[Tensor], float]) -> Callable[[Tensor], float]:
-    return lambda kept: one(kept) - other(kept)
-
-
-def _seed_means(seeds: Sequence[Judgement]) -> dict[str, Tensor]:
-    """What every clip scored on average over seeds: name to (N,)."""
-    values = [clip_values(run) for run in seeds]
-    return {metric: torch.stack([one[metric] for one in values]).nanmean(dim=0) for metric in values[0]}
-
-
-def _intervals(values: Mapping[str, Tensor], takes: Tensor, protocol: Protocol) -> dict[str, Interval]:
-    # The same takes are drawn for every metric and system.
-    return {
-        metric: bootstrap(clips, takes, protocol.bootstrap_draws, _generator(protocol.first_seed))
-        for metric, clips in values.items()
-    }
-
-
-def _fid(seeds: Sequence[Judgement], real: Judgement) -> Callable[[Tensor], float]:
-    """The FID of the clips that a mask keeps, mean over seeds."""
-    return lambda kept: sum(frechet_distance(run.features[kept], real.features[kept]) for run in seeds) / len(seeds)
-
-
-def action_results(judged: Judgement, real: Judgement, tags: tuple[str, ...]) -> dict[str, ActionResult]:
-    """What the clips of every tag scored, beside the real clips of that tag; tags without a test clip are left out."""
-    right = class_accuracy(judged.logits, judged.tags)
-    speed, real_speed = _tag_means(judged.joint_speed, judged.tags), _tag_means(real.joint_speed, real.tags)
-    skating, real_skating = _tag_means(judged.foot_skating, judged.tags), _tag_means(real.foot_skating, real.tags)
-    counts = (real.tags > 0).sum(dim=0)
-    return {
-        tag: ActionResult(
-            count=int(counts[column]),
-            accuracy=float(right[column]),
-            joint_speed=float(speed[column]),
-            speed_ratio=float(speed[column] / real_speed[column]),
-            foot_skating=float(skating[column]),
-            skating_ratio=float(skating[column] / real_skating[column]),
-        )
-        for column, tag in enumerate(tags)
-        if counts[column]
-    }
-
-
-def _tag_means(values: Tensor, tags: Tensor) -> Tensor:
-    """Mean of (N,) over the clips of every tag (N, A), NaN clips left out: (A,)."""
-    return torch.stack([values[column > 0].nanmean() for column in tags.T])
-
-
-def _by_metric(seeds: list[dict[str, float]]) -> dict[str, tuple[float, ...]]:
-    return {metric: tuple(values[metric] for values in seeds) for metric in seeds[0]}
-
-
 @torch.inference_mode()
 def features_of(network: Recognizer, batches: Iterable[MotionBatch]) -> Tensor:
     """(M, E) float64 features of the real clips of these batches, on the CPU."""
     device = next(network.parameters()).device
     moved = (batch.to(device) for batch in batches)
     return torch.cat([network(batch.motion, batch.condition.mask).features for batch in moved]).double().cpu()
-
-
-def _generator(seed: int) -> torch.Generator:
-    return torch.Generator().manual_seed(seed)
