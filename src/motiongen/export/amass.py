@@ -17,9 +17,7 @@ POSES = {"smpl": 24, "smplh": 52, "smplx": 55}
 BETAS = 16
 """Shape coefficients that AMASS stores at least."""
 NEUTRAL = SmplModel(name="smplh", gender="neutral", betas=(), rest_pelvis=(-0.001795, -0.223333, 0.028219))
-"""Stands for a body outside the SMPL family. J0 is that of SMPL's neutral mean body; other models' and genders' differ
-by about two centimetres.
-"""
+"""Stands for a body outside the SMPL family. J0 is that of SMPL's neutral mean body; other models have another."""
 
 
 def encode_amass(scene: Scene) -> bytes:

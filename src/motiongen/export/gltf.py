@@ -52,7 +52,7 @@ def encode_glb(scene: Scene) -> bytes:
     data = _Data(file)
     file.meshes = [gltf.Mesh(name="figure", primitives=[_primitive(data, body, lift)])]
     file.skins = [
-        gltf.Skin(name="figure", joints=list(range(JOINTS)), inverseBindMatrices=_inverse_bind(data, body, lift))
+        gltf.Skin(name="skeleton", joints=list(range(JOINTS)), inverseBindMatrices=_inverse_bind(data, body, lift))
     ]
     file.animations = [_animation(data, scene)]
     return data.finish()
