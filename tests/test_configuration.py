@@ -116,6 +116,28 @@ def test_tasks_tell_what_they_need() -> None:
     assert "timeline must be given" in message
 
 
+@pytest.mark.parametrize(
+    ("formats", "told"),
+    [
+        ("[bvh,gbl]", ["there is no format 'gbl'; did you mean 'glb'?", "formats: amass, bvh, csv, glb"]),
+        ("[fbx]", ["there is no format 'fbx'", "formats: amass, bvh, csv, glb"]),
+        ("[3]", ["there is no format 3"]),
+        ("bvh", ["formats=bvh: takes a list, such as formats=[amass]"]),
+        ("null", ["formats=None: takes a list"]),
+    ],
+)
+def test_unknown_formats(formats: str, told: list[str]) -> None:
+    message = problem(*MARIONETTE, "task=synthesize", "run=runs/somewhere", "timeline=walk 2 s", f"formats={formats}")
+    for text in told:
+        assert text in message
+
+
+def test_known_formats_pass() -> None:
+    synthesize = [*MARIONETTE, "task=synthesize", "run=runs/somewhere", "timeline=walk 2 s"]
+    assert check([*synthesize, "formats=[glb,amass]"]).formats == ["glb", "amass"]
+    assert check(synthesize).formats == []
+
+
 def test_every_choice_of_a_sweep_is_checked() -> None:
     message = problem(*MARIONETTE, "generator/encoder=condition_encoder,nonsense", "seed=0,1", multirun=True)
     assert "generator/encoder=nonsense" in message

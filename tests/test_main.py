@@ -34,6 +34,7 @@ ANSWERS = [
     (["+experiment=marionette", "data=bandai", "data.source.root=/nowhere"], 1, "/nowhere does not exist"),
     (["-m", "+experiment=marionette", "seed=0,1", "generator/encoder=condition_encoder,nonsense"], 1, "nonsense"),
     (["task=evaluate", "run=."], 1, "is not the folder of a run"),
+    (["+experiment=marionette", "task=synthesize", "formats=[bvh,gbl]"], 1, "did you mean 'glb'?"),
     (["resume=."], 1, "is not the folder of a run"),
 ]
 

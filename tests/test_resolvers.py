@@ -75,6 +75,7 @@ def test_the_cache_is_chosen_by_the_environment(monkeypatch: pytest.MonkeyPatch,
             "marionette-builtin-small-s0-encoder.layers=2-unroller.branches=none",
         ),
         (["task=prepare", "data=bandai", "data.source.root=/a/b"], "prepare-bandai-small-s0"),
+        (["+experiment=marionette", "task=synthesize", "formats=[bvh,glb]"], "marionette-synthesize-builtin-small-s0"),
     ],
 )
 def test_a_run_is_named_by_what_runs(overrides: list[str], name: str) -> None:

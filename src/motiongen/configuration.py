@@ -12,12 +12,13 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob, IntervalSweep, Override, Sweep
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig, ListConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from motiongen.data.roots import DataError, check_root
 from motiongen.discovery import core_conf, options, register_search_path
 from motiongen.errors import InputError
+from motiongen.export.formats import ENDINGS
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
 from motiongen.suggestions import did_you_mean
@@ -94,6 +95,8 @@ def _check_one(config: DictConfig) -> None:
     problems += problems_in(config, task.reads)
     if "data" in task.reads:
         problems += _missing_data(config)
+    if "formats" in task.reads:
+        problems += _unknown_formats(config)
     if problems:
         raise ConfigurationError("\n".join(problems))
 
@@ -105,6 +108,17 @@ def _missing_data(config: DictConfig) -> Iterator[str]:
             check_root(root)
         except DataError as error:
             yield str(error)
+
+
+def _unknown_formats(config: DictConfig) -> Iterator[str]:
+    formats = config.formats
+    known = ", ".join(ENDINGS)
+    if not isinstance(formats, ListConfig):
+        yield f"formats={formats}: takes a list, such as formats=[{next(iter(ENDINGS))}]\n  formats: {known}"
+        return
+    for name in formats:
+        if name not in ENDINGS:
+            yield f"formats: there is no format {name!r}{did_you_mean(str(name), ENDINGS)}\n  formats: {known}"
 
 
 def _unknown_sections(config: DictConfig) -> Iterator[str]:

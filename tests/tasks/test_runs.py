@@ -128,6 +128,7 @@ def test_a_timeline_becomes_a_motion(trained, place):
             "task=synthesize",
             f"run={trained[0]}",
             "timeline='walk 1 s, sit down 0.5 s, wave hand 1 s'",
+            "formats=[amass,bvh,csv,glb]",
             "tracker=none",
             f"hydra.run.dir={folder}",
         )
@@ -138,6 +139,9 @@ def test_a_timeline_becomes_a_motion(trained, place):
     joints = joint_positions(torch.from_numpy(motion["features"]), Skeleton(torch.from_numpy(motion["offsets"])))
     assert torch.isfinite(joints).all()
     assert (folder / "motion.html").stat().st_size > 10_000
+    table = np.loadtxt(folder / "motion.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table[:, 2:], joints.flatten(1).numpy(), atol=1e-5)
+    assert {"motion.amass.npz", "motion.bvh", "motion.glb"} <= {path.name for path in folder.iterdir()}
 
 
 def test_an_unknown_tag_is_named(trained, place):

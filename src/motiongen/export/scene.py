@@ -8,6 +8,7 @@ import torch
 from PIL import ImageColor
 from torch import Tensor
 
+from motiongen.errors import InputError
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import JOINT_NAMES
@@ -18,7 +19,7 @@ COLORS = ("#3b82f6", "#f59e0b", "#10b981", "#ec4899", "#8b5cf6", "#14b8a6", "#ef
 SKIN, SHIRT, TROUSERS = "#b7c6e2", "#6d9cf0", "#445c94"
 
 
-class SceneError(ValueError):
+class SceneError(InputError):
     """A scene whose parts do not fit together; the message names the scene and the part."""
 
 

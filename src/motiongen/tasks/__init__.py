@@ -83,7 +83,9 @@ TASKS: dict[str, Task] = {
     "evaluate": Task(_evaluate, MEASURING, needs=("run|motions",)),
     "compare": Task(_compare, ("scale", "data", *JUDGING, "tracker"), needs=("runs",)),
     "known_cases": Task(_known_cases, ("scale", "data", "recognizer", "evaluation")),
-    "synthesize": Task(_synthesize, ("scale", "data", "body", "generator", "tracker"), needs=("run", "timeline")),
+    "synthesize": Task(
+        _synthesize, ("scale", "data", "body", "generator", "tracker", "formats"), needs=("run", "timeline")
+    ),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
     "list": Task(_list, answers=True),

@@ -123,6 +123,12 @@ class Record:
             self.tracker.log_artifact(path, "previews")
         self._closing.append(f"Watch the motion: {page}")
 
+    def exports(self, paths: Sequence[Path]) -> None:
+        """Files for other tools, in the tracker, too."""
+        for path in paths:
+            self.tracker.log_artifact(path, "exports")
+            self._closing.append(f"For other tools: {path}")
+
     def recognizer(self, recognizer: TrainedRecognizer) -> None:
         """Which recognizer, and how good it is."""
         self._summary["recognizer"] = {

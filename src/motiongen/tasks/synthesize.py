@@ -11,9 +11,11 @@ from omegaconf import DictConfig
 
 from motiongen.data.datamodule import MotionData
 from motiongen.data.dataset import Item
+from motiongen.export.formats import ENDINGS
 from motiongen.export.html import write_page
 from motiongen.export.raster import render_gif
 from motiongen.export.scene import Scene
+from motiongen.export.write import write
 from motiongen.synthesis.paths import fit_path
 from motiongen.synthesis.pipeline import LongMotion, Step, synthesize
 from motiongen.synthesis.timeline import Action, parse_timeline
@@ -24,7 +26,9 @@ FPS = 30.0
 
 
 def run(config: DictConfig) -> None:
-    """Generate the timeline; the motion lies in the run folder as numbers (motion.npz), page and animation."""
+    """Generate the timeline; the motion lies in the run folder as numbers (motion.npz), page and animation, and in the
+    formats of `config.formats`.
+    """
     folder = run_folder()
     with Record(config, folder) as record:
         data = build_data(config)
@@ -49,7 +53,11 @@ def run(config: DictConfig) -> None:
         page, animation = folder / "motion.html", folder / "motion.gif"
         write_page(page, [scene])
         render_gif(animation, scene)
+        exports = [folder / f"motion{ENDINGS[name]}" for name in config.formats]
+        for path in exports:
+            write(path, scene)
         record.previews(page, animation)
+        record.exports(exports)
     record.print_outcome()
 
 

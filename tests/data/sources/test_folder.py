@@ -98,6 +98,10 @@ def test_bvh_in_centimetres_stands_where_its_positions_say(tmp_path: Path) -> No
         ({"poses": np.zeros((5, 66))}, "field 'trans' is missing"),
         ({"poses": np.zeros((5, 60)), "trans": np.zeros((5, 3))}, r"field 'poses' has shape \(5, 60\)"),
         ({"poses": np.zeros((5, 66)), "trans": np.zeros((4, 3))}, "'poses' has 5 frames and 'trans' 4"),
+        (
+            {"poses": np.zeros((5, 66)), "trans": np.zeros((5, 3)), "rest_pelvis": np.zeros((5, 3))},
+            r"field 'rest_pelvis' has shape \(5, 3\)",
+        ),
         ({"features": np.full((5, FEATURES), np.nan)}, "a frame is not finite"),
         ({"poses": np.array([print], dtype=object)}, "field 'poses' is missing|not an NPZ file"),
     ],

@@ -33,7 +33,8 @@ class MotionFolder:
     """Files that `labels.csv` lists in its columns `file` and `tags` (several tags with `+` between them).
 
     - NPZ with `poses` (T, 66 or more): SMPL's axis angles, pelvis first, in a z-up world as AMASS has it, and `trans`
-      (T, 3) in metres, taken for the pelvis' position; `mocap_framerate` or `fps`, else 30 Hz.
+      (T, 3) in metres, taken for the pelvis' position, to which `rest_pelvis` (3,) is added where the file has it, as
+      exported files do; `mocap_framerate` or `fps`, else 30 Hz.
     - NPZ with `features` (T, 135), as `task=synthesize` writes; `fps` as above.
     - BVH, y up, whose joints bear the 22 SMPL names (other joints are left out), in metres or centimetres; with zero
       rotations the body stands in SMPL's T-pose.
@@ -99,7 +100,11 @@ def _npz(path: Path) -> tuple[Tensor, Tensor]:
         local, pelvis = unpack(_array(path, content, "features", FEATURES))
     else:
         turns = _array(path, content, "poses", 3 * JOINTS)[:, : 3 * JOINTS]
-        local, pelvis = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3)), _array(path, content, "trans", 3)
+        local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
+        rest = content.get("rest_pelvis", np.zeros(3))
+        if rest.shape != (3,):
+            raise DataError(f"{path}: field 'rest_pelvis' has shape {rest.shape}, not (3,)")
+        pelvis = _array(path, content, "trans", 3) + torch.from_numpy(rest.astype(np.float64))
     if len(local) != len(pelvis):
         raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
     rate = float(content.get("mocap_framerate", content.get("fps", FPS)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
 
 import torch
 from torch import Tensor
@@ -26,6 +27,18 @@ SHORTEST = 1e-3
 
 
 @dataclass(frozen=True)
+class SmplModel:
+    """What names a body in files of the SMPL family, which hold no bones."""
+
+    name: Literal["smpl", "smplh", "smplx"]
+    gender: Literal["neutral", "female", "male"]
+    betas: tuple[float, ...]
+    """Shape coefficients."""
+    rest_pelvis: tuple[float, float, float]
+    """The pelvis joint J0 of the rest pose in the model's own frame, metres; with these betas."""
+
+
+@dataclass(frozen=True)
 class Body:
     """A mesh that follows the pose by linear blend skinning.
 
@@ -42,6 +55,8 @@ class Body:
     """(V, 22) skinning weights, rows add up to 1."""
     pose_directions: Tensor | None = None
     """(V, 3, 189) pose blend shapes as in SMPL, or none."""
+    model: SmplModel | None = None
+    """The model that the body was made from, whatever skeleton it was fitted to later; none outside the SMPL family."""
 
     def __post_init__(self) -> None:
         vertices = len(self.rest)
@@ -112,7 +127,7 @@ class Body:
         return replace(self, skeleton=skeleton, rest=rest, pose_directions=directions)
 
     def to(self, device: torch.device | str) -> Body:
-        moved = {
+        moved: dict[str, Any] = {
             field.name: value.to(device)
             for field in fields(self)
             if isinstance(value := getattr(self, field.name), Tensor)

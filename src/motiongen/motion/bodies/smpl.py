@@ -9,31 +9,35 @@ from __future__ import annotations
 import pickle
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from motiongen.errors import InputError
-from motiongen.motion.bodies.body import Body
+from motiongen.motion.bodies.body import Body, SmplModel
 from motiongen.motion.skeleton import JOINTS, PARENTS, Skeleton
 
 Array = NDArray[np.float64]
 
 FIELDS = ("v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f")
+SMPLH_JOINTS, SMPLX_JOINTS = 52, 55
 
 
 class BodyFileError(InputError):
     """A body model file that cannot be used; the message names the file and the field."""
 
 
-def smpl(path: str | Path, betas: Sequence[float] = ()) -> Body:
+def smpl(
+    path: str | Path, betas: Sequence[float] = (), gender: Literal["neutral", "female", "male"] = "neutral"
+) -> Body:
     """The body part of an SMPL-family model: its first 22 joints; hand, jaw and eye weights go to wrists and head.
 
     Args:
         path: an npz or pickle (.pkl) model file with the fields of `FIELDS`.
         betas: shape coefficients, as many as wanted; the rest are zero.
+        gender: whose model it is, which the file does not say; exported files name it.
 
     Raises:
         BodyFileError: the file is absent, not a model, incomplete, or holds objects that are not plain arrays.
@@ -66,6 +70,12 @@ def smpl(path: str | Path, betas: Sequence[float] = ()) -> Body:
         weights=_tensor(_body_weights(weights, parents)),
         # The columns of joints beyond the body stay out: hands at rest add nothing.
         pose_directions=_tensor(poses[:, :, : 9 * (JOINTS - 1)]),
+        model=SmplModel(
+            name="smplx" if total >= SMPLX_JOINTS else "smplh" if total >= SMPLH_JOINTS else "smpl",
+            gender=gender,
+            betas=tuple(map(float, betas)),
+            rest_pelvis=(float(joints[0, 0]), float(joints[0, 1]), float(joints[0, 2])),
+        ),
     )
 
 
