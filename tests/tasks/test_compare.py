@@ -78,7 +78,7 @@ def test_a_folder_without_a_run_is_refused(place: Path) -> None:
     (place / "empty").mkdir()
     answer = motiongen(place, "task=compare", "runs=[empty]")
     assert answer.returncode == 1
-    assert "runs: empty is not the folder of a run" in answer.stderr
+    assert "empty is not the folder of a run" in answer.stderr
 
 
 def test_motions_of_others_are_judged_by_the_same_protocol(place: Path) -> None:
