@@ -64,6 +64,20 @@ def test_a_run_by_its_generator_or_by_its_id_in_mlflow(
         completed(["task=evaluate", f"run={'f' * 32}"])
 
 
+def test_runs_whose_names_hold_signs_of_the_command_line(run: Path, tmp_path: Path) -> None:
+    (run / "generator.pt").touch()
+    other = tmp_path / "runs" / "small-data.draws=7"
+    run.rename(other)
+    assert completed(["task=compare", f"runs=[{other}, '{other}']", "data=x"]) == [
+        "task=compare",
+        f"runs=['{other}','{other}']",
+        "data=x",
+    ]
+    (other / "generator.pt").unlink()
+    with pytest.raises(RunError, match=r"runs: .*draws=7 has no generator\.pt"):
+        completed(["task=compare", f"runs=[{other}]"])
+
+
 def test_training_from_a_run_needs_its_generator(run: Path) -> None:
     with pytest.raises(RunError, match=r"init: .* has no generator\.pt: its training did not finish"):
         completed(["+experiment=y", f"init={run}"])

@@ -30,7 +30,7 @@ class RunError(InputError):
 
 
 def completed(arguments: list[str]) -> list[str]:
-    """A command line with `resume=<folder>` or `run=<folder>` made whole, and `init=<folder>` checked.
+    """A command line with `resume=<folder>` or `run=<folder>` made whole, and the folders of `init` and `runs` checked.
 
     Raises:
         RunError: the folder holds no run, or not what is needed to use it.
@@ -39,6 +39,7 @@ def completed(arguments: list[str]) -> list[str]:
     if init is not None:
         _require_generator(init, "init")
         arguments = [*_without(arguments, {"init"}), _override("init", init)]
+    arguments = [_runs(text) if text.startswith("runs=[") and text.endswith("]") else text for text in arguments]
     if resume is not None:
         return _resumed(arguments, resume)
     return arguments if run is None else _reopened(arguments, run)
@@ -67,6 +68,15 @@ def _reopened(arguments: list[str], folder: Path) -> list[str]:
     typed = _without(arguments, {"run"})
     again = {_key(text) for text in typed} | {"task", "run", "resume"}
     return [*_without(stored, again), *typed, _override("run", folder)]
+
+
+def _runs(argument: str) -> str:
+    """`runs=[a,b]` with whole paths in quotes: the names of runs hold `=`, at which the list could not be read."""
+    names = [name.strip().strip("'\"") for name in argument.removeprefix("runs=[").removesuffix("]").split(",")]
+    folders = [run_folder_of(name) for name in names if name]
+    for folder in folders:
+        _require_generator(folder, "runs")
+    return f"runs=[{','.join(_quoted(folder) for folder in folders)}]"
 
 
 def _require_generator(folder: Path, key: str) -> None:
@@ -117,5 +127,9 @@ def _without(texts: Iterable[str], keys: set[str]) -> list[str]:
 
 
 def _override(key: str, folder: Path) -> str:
-    quoted = str(folder).replace("\\", "\\\\").replace("'", "\\'")
-    return f"{key}='{quoted}'"
+    return f"{key}={_quoted(folder)}"
+
+
+def _quoted(folder: Path) -> str:
+    text = str(folder).replace("\\", "\\\\").replace("'", "\\'")
+    return f"'{text}'"
