@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +12,7 @@ from omegaconf import OmegaConf
 from motiongen.configuration import compose
 from motiongen.generation.checkpoint import save_generator
 from motiongen.tasks.assembly import build_data, build_generator
+from tests.tasks.command import motiongen
 
 COMMON = ["scale=smoke", "data.source.sessions=8", "data.min_clips=2", "evaluation.seeds=2", "tracker=none"]
 
@@ -35,24 +33,12 @@ def untrained_run(folder: Path, experiment: str, *changes: str) -> Path:
     return folder
 
 
-def motiongen(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, "-m", "motiongen", *arguments, *COMMON, f"cache={place / 'cache'}"],
-        cwd=place,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        timeout=1200,
-        check=False,
-    )
-
-
 def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path) -> None:
     runs = [untrained_run(place / name, name) for name in ("marionette", "actor")]
     runs.append(untrained_run(place / "again", "marionette", "seed=3", "data.seed=0"))
     listed = ",".join(map(str, runs))
     answer = motiongen(
-        place, "task=compare", f"runs=[{listed}]", "recognizer@second_recognizer=gru", "hydra.run.dir=compared"
+        place, "task=compare", f"runs=[{listed}]", "recognizer@second_recognizer=gru", "hydra.run.dir=compared", *COMMON
     )
     assert answer.returncode == 0, answer.stderr
     summary = json.loads((place / "compared" / "summary.json").read_text())
@@ -69,14 +55,14 @@ def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path)
 
 def test_a_run_that_saw_the_test_clips_is_refused(place: Path) -> None:
     other = untrained_run(place / "other_split", "marionette", "seed=7")
-    answer = motiongen(place, "task=compare", f"runs=[{other}]")
+    answer = motiongen(place, "task=compare", f"runs=[{other}]", *COMMON)
     assert answer.returncode == 1
     assert "are a test clip, but the generator was trained on frames" in answer.stderr
 
 
 def test_a_folder_without_a_run_is_refused(place: Path) -> None:
     (place / "empty").mkdir()
-    answer = motiongen(place, "task=compare", "runs=[empty]")
+    answer = motiongen(place, "task=compare", "runs=[empty]", *COMMON)
     assert answer.returncode == 1
     assert "empty is not the folder of a run" in answer.stderr
 
@@ -92,11 +78,11 @@ def test_motions_of_others_are_judged_by_the_same_protocol(place: Path) -> None:
         np.savez(folder / f"{number}.npz", features=data.store.features(clip.sequence, clip.start - 6, clip.stop))
         lines.append(f"{number}.npz,{'+'.join(tags)}")
     (folder / "labels.csv").write_text("\n".join(lines))
-    answer = motiongen(place, "task=evaluate", "motions=motions", "hydra.run.dir=judged")
+    answer = motiongen(place, "task=evaluate", "motions=motions", "hydra.run.dir=judged", *COMMON)
     assert answer.returncode == 0, answer.stderr
     systems = json.loads((place / "judged" / "summary.json").read_text())["evaluation"]["systems"]
     assert list(systems) == ["real", "motions"]
     assert systems["motions"]["metrics"]["nearest_training_distance"]["mean"] == pytest.approx(0.0, abs=1e-3)
     assert systems["motions"]["metrics"]["trajectory_error"]["mean"] is None
-    refused = motiongen(place, "task=evaluate")
+    refused = motiongen(place, "task=evaluate", *COMMON)
     assert "run or motions must be given: run=... or motions=..." in refused.stderr

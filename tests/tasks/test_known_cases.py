@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
+
+from tests.tasks.command import motiongen
 
 
 def test_the_two_tables_are_printed(tmp_path: Path) -> None:
-    answer = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "motiongen",
-            "task=known_cases",
-            "scale=smoke",
-            "data.source.sessions=8",
-            "data.min_clips=2",
-            f"cache={tmp_path / 'cache'}",
-        ],
-        cwd=tmp_path,
-        env=os.environ | {"OMP_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        timeout=1200,
-        check=False,
-    )
+    small = ("scale=smoke", "data.source.sessions=8", "data.min_clips=2")
+    answer = motiongen(tmp_path, "task=known_cases", *small)
     assert answer.returncode == 0, answer.stderr
     lines = answer.stdout.splitlines()
     heading = next(line for line in lines if line.startswith("| metric"))
