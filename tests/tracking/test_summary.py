@@ -53,7 +53,9 @@ def test_the_revision_is_that_of_motiongens_own_checkout(tmp_path: Path) -> None
 def test_there_is_no_revision_outside_a_checkout(tmp_path: Path) -> None:
     """Neither in a plain folder, nor where motiongen is installed into a folder of somebody else's repository."""
     package = tmp_path / "motiongen"
-    shutil.copytree(Path(__file__).parents[2] / "src" / "motiongen" / "tracking", package / "tracking")
+    source = Path(__file__).parents[2] / "src" / "motiongen"
+    shutil.copytree(source / "tracking", package / "tracking")
+    shutil.copy(source / "files.py", package)
     (package / "__init__.py").touch()
 
     def answer() -> str:

@@ -125,15 +125,14 @@ class MotionData:
     def test_batches(self, batch_size: int) -> DataLoader[Item]:
         """All test windows, the shortest first, in the same batches every time."""
         items = self.test_items()
-        order = self._test_order(items)
-        return _loader(items, [order[start : start + batch_size] for start in range(0, len(order), batch_size)])
+        return _in_order(items, _shortest_first(items), batch_size)
 
     def test_takes(self) -> torch.Tensor:
         """(N,) which group of takes each clip of `test_batches` was cut from, numbered from 0."""
         items = self.test_items()
         groups = [self.store.sequences[clip.sequence].group for clip in items.clips]
         numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
-        return torch.tensor([numbers[groups[index]] for index in self._test_order(items)])
+        return torch.tensor([numbers[groups[index]] for index in _shortest_first(items)])
 
     def outside(self, source: Source, cache: Path, batch_size: int) -> list[MotionBatch]:
         """Motions of another source, cut into windows as test clips are, in batches with this data's tags.
@@ -150,12 +149,7 @@ class MotionData:
         if not windows:
             raise DataError(f"{source.name}: no motion has {self._min_frames} frames after the {INITIAL_FRAMES} first")
         items = MotionDataset(store, self.tags, windows)
-        order = self._test_order(items)
-        return list(_loader(items, [order[start : start + batch_size] for start in range(0, len(order), batch_size)]))
-
-    @staticmethod
-    def _test_order(items: MotionDataset) -> list[int]:
-        return sorted(range(len(items)), key=lambda index: len(items.clips[index]))
+        return list(_in_order(items, _shortest_first(items), batch_size))
 
     def train_items(self) -> MotionDataset:
         """Training clips in consecutive windows, as test clips are cut."""
@@ -164,8 +158,7 @@ class MotionData:
     def train_windows(self, batch_size: int) -> DataLoader[Item]:
         """The `train_items`, each once, in batches."""
         items = self.train_items()
-        order = range(len(items))
-        return _loader(items, [list(order[start : start + batch_size]) for start in order[::batch_size]])
+        return _in_order(items, range(len(items)), batch_size)
 
     def test_items(self) -> MotionDataset:
         """Test clips in consecutive windows, in the order of the store."""
@@ -174,6 +167,14 @@ class MotionData:
     def _items(self, clips: Ordered[Clip]) -> MotionDataset:
         windows = [part for clip in clips for part in clip.windows(self._max_frames, self._min_frames)]
         return MotionDataset(self.store, self.tags, windows)
+
+
+def _shortest_first(items: MotionDataset) -> list[int]:
+    return sorted(range(len(items)), key=lambda index: len(items.clips[index]))
+
+
+def _in_order(items: MotionDataset, order: Ordered[int], batch_size: int) -> DataLoader[Item]:
+    return _loader(items, [list(order[start : start + batch_size]) for start in range(0, len(order), batch_size)])
 
 
 def _loader(items: MotionDataset, batches: list[list[int]]) -> DataLoader[Item]:

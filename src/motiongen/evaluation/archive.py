@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import json
-import os
 import zipfile
 from dataclasses import fields
 from hashlib import sha256
@@ -17,6 +16,7 @@ import torch
 import motiongen
 from motiongen.contracts import GeneratorModule
 from motiongen.evaluation.judgement import Judgement
+from motiongen.files import replacing
 
 
 class Archive:
@@ -42,9 +42,8 @@ class Archive:
         """Keep it; the file is whole or absent."""
         path = self._path(key)
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_name(f".{path.stem}.{os.getpid()}.npz")
-        np.savez(partial, **{field.name: getattr(judgement, field.name).numpy() for field in fields(judgement)})
-        os.replace(partial, path)
+        with replacing(path) as partial:
+            np.savez(partial, **{field.name: getattr(judgement, field.name).numpy() for field in fields(judgement)})
 
     def _path(self, key: tuple[Any, ...]) -> Path:
         return self._folder / f"{sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()}.npz"

@@ -6,7 +6,6 @@ import base64
 import hashlib
 import html
 import json
-import os
 import re
 from collections.abc import Sequence
 from importlib.resources import files
@@ -19,6 +18,7 @@ import torch
 from numpy.typing import NDArray
 
 from motiongen.export.scene import Scene, SceneError, outfit
+from motiongen.files import replacing
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.representation import unpack
 from motiongen.motion.skeleton import PARENTS
@@ -39,9 +39,8 @@ def write_page(path: Path, scenes: Sequence[Scene]) -> None:
     if not scenes:
         raise SceneError("a page needs at least one scene")
     page = render_page(scenes)
-    partial = path.with_name(path.name + ".partial")
-    partial.write_text(page, encoding="utf-8", newline="\n")
-    os.replace(partial, path)
+    with replacing(path) as partial:
+        partial.write_text(page, encoding="utf-8", newline="\n")
 
 
 def render_page(scenes: Sequence[Scene]) -> str:

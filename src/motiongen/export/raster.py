@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from motiongen.export.rasterizer import (
     to_image,
 )
 from motiongen.export.scene import Scene, outfit
+from motiongen.files import replacing
 from motiongen.motion.canonical import heading
 from motiongen.motion.representation import TRANSLATION, unpack
 
@@ -64,17 +64,16 @@ def render_gif(path: Path, scene: Scene, *, size: int = 480, max_frames: int = 1
         pictures.append(picture)
     shared = _palette(pictures, palette)
     images = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in pictures]
-    partial = path.with_name(path.name + ".partial")
-    images[0].save(
-        partial,
-        format="GIF",
-        save_all=True,
-        append_images=images[1:],
-        duration=_durations(len(images), 1000 * step / scene.fps),
-        loop=0,
-        optimize=False,
-    )
-    os.replace(partial, path)
+    with replacing(path) as partial:
+        images[0].save(
+            partial,
+            format="GIF",
+            save_all=True,
+            append_images=images[1:],
+            duration=_durations(len(images), 1000 * step / scene.fps),
+            loop=0,
+            optimize=False,
+        )
 
 
 def render_strip(path: Path, scene: Scene, *, frames: int = 8, height: int = 360) -> None:
@@ -114,9 +113,8 @@ def render_strip(path: Path, scene: Scene, *, frames: int = 8, height: int = 360
     picture = to_image(canvas).reduce(SUPERSAMPLING)
     centers = camera.project((places[:, None] * right).astype(np.float32))[0][:, 0] / SUPERSAMPLING
     sheet = _timeline(picture, scene, picked, centers.tolist())
-    partial = path.with_name(path.name + ".partial")
-    sheet.save(partial, format="PNG", optimize=True)
-    os.replace(partial, path)
+    with replacing(path) as partial:
+        sheet.save(partial, format="PNG", optimize=True)
 
 
 def _vertices(scene: Scene, frames: Sequence[int]) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -13,6 +12,7 @@ from motiongen.export.bvh import encode_bvh
 from motiongen.export.gltf import encode_glb
 from motiongen.export.joints import encode_joints
 from motiongen.export.scene import Scene
+from motiongen.files import replacing
 from motiongen.suggestions import did_you_mean
 
 ENCODERS: Mapping[str, Callable[[Scene], bytes]] = MappingProxyType(
@@ -39,10 +39,8 @@ def write(path: str | Path, scene: Scene) -> None:
     if not path.parent.is_dir():
         raise ExportError(f"{path}: there is no folder {path.parent}")
     content = encode(scene)
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
+        with replacing(path) as partial:
+            partial.write_bytes(content)
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise ExportError(f"{path}: cannot be written: {error.strerror}") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -13,6 +12,7 @@ import torch
 from motiongen.contracts import GeneratorModule
 from motiongen.data.clips import Span
 from motiongen.errors import InputError
+from motiongen.files import replacing
 
 FORMAT = 1
 
@@ -30,9 +30,8 @@ def save_generator(path: Path, generator: GeneratorModule, tags: Sequence[str], 
         "trained_on": list(trained_on),
         "state": {name: value.cpu() for name, value in generator.state_dict().items()},
     }
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    torch.save(content, partial)
-    os.replace(partial, path)
+    with replacing(path) as partial:
+        torch.save(content, partial)
 
 
 def load_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) -> tuple[Span, ...]:

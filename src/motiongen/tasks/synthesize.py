@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +15,7 @@ from motiongen.export.html import write_page
 from motiongen.export.raster import render_gif
 from motiongen.export.scene import Scene
 from motiongen.export.write import write
+from motiongen.files import replacing
 from motiongen.synthesis.paths import fit_path
 from motiongen.synthesis.pipeline import LongMotion, Step, synthesize
 from motiongen.synthesis.timeline import Action, parse_timeline
@@ -84,17 +84,15 @@ def plan(action: Action, data: MotionData, draw: torch.Generator) -> Step:
 
 def write_motion(path: Path, motion: LongMotion, actions: tuple[Action, ...], data: MotionData) -> None:
     """Features in the world with everything needed to pose a body by them; whole or not at all."""
-    unfinished = path.with_suffix(".tmp")
-    with unfinished.open("wb") as file:
+    with replacing(path) as partial:
         np.savez_compressed(
-            file,
+            partial,
             features=motion.features.numpy(),
             offsets=data.skeleton.offsets.numpy(),
             boundaries=np.array(motion.boundaries),
             tags=np.array([" + ".join(action.tags) for action in actions]),
             fps=FPS,
         )
-    os.replace(unfinished, path)
 
 
 def _training_clips(action: Action, data: MotionData) -> list[int]:

@@ -12,6 +12,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from motiongen.files import replacing
+
 SUMMARY_FILE = "summary.json"
 VERSIONS_OF = ("motiongen", "torch", "pytorch-lightning", "numpy", "hydra-core", "mlflow")
 
@@ -43,9 +45,8 @@ def write_summary(folder: Path, values: Mapping[str, Any]) -> Path:
         ValueError: a number is not finite, which JSON cannot hold.
     """
     path = folder / SUMMARY_FILE
-    unfinished = path.with_suffix(".tmp")
-    unfinished.write_text(json.dumps(values, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(unfinished, path)
+    with replacing(path) as partial:
+        partial.write_text(json.dumps(values, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return path
 
 
