@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
 
-from motiongen.contracts import Builder, Condition, Controls, Dimensions, LayerInput
+from motiongen.contracts import Builder, Condition, Controls, Dimensions, LayerInput, MotionBatch
+from motiongen.generation.bank import TaggedBank
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.incremental import IncrementalDecoder
 from motiongen.generation.layer_input import LayerInputs
@@ -63,6 +64,7 @@ class AutoregressiveTransformer(nn.Module):
         # Begun with displacements of the size of poses, a short run never becomes precise.
         for parameter in self.pose.parameters():
             parameter.data *= 1 - residual * (1 - DISPLACEMENT)
+        self.beginnings = TaggedBank(dimensions.tags, self.width)
 
     def forward(self, controls: Controls, condition: Condition, past: Tensor) -> Tensor:
         """Past (B, T, F) to the poses that follow each of its frames, (B, T, F)."""
@@ -76,15 +78,28 @@ class AutoregressiveTransformer(nn.Module):
             decoded = layer(decoded + self.layer_input(controls), controls.memory, **masks)
         return self.residual * past + self.pose(decoded)
 
+    def begin_of_pose(self, condition: Condition) -> Tensor:
+        return self.pose_embedding(condition.initial_motion[:, -1])
+
+    def conclude(self, batches: Iterable[MotionBatch]) -> None:
+        with torch.no_grad():
+            filed = [(batch.condition.tags, self.begin_of_pose(batch.condition)) for batch in batches]
+        tags, embeddings = zip(*filed, strict=True)
+        self.beginnings.fill(torch.cat(tags), torch.cat(embeddings))
+
     def generate(self, controls: Controls, condition: Condition) -> Tensor:
+        return self.generate_from(self.begin_of_pose(condition), controls, condition)
+
+    def generate_from(self, begin_of_pose: Tensor, controls: Controls, condition: Condition) -> Tensor:
         frames = condition.mask.shape[1]
         layers = IncrementalDecoder(self.transformer.layers, controls.memory, controls.mask, frames)
-        pose = condition.initial_motion[:, -1]
+        pose, embedded = condition.initial_motion[:, -1], begin_of_pose
         positions = sinusoidal(torch.arange(frames, device=pose.device), self.width).to(pose)
         added = self.layer_input(controls).expand(-1, frames, -1)
         motion = []
         for frame in range(frames):
-            decoded = layers.step(frame, self.pose_embedding(pose) + positions[frame], added[:, frame])
+            decoded = layers.step(frame, embedded + positions[frame], added[:, frame])
             pose = self.residual * pose + self.pose(decoded)
+            embedded = self.pose_embedding(pose)
             motion.append(pose)
         return torch.stack(motion, dim=1)

@@ -104,6 +104,10 @@ class HierarchicalRvae(GeneratorModule):
         }
         return Prediction(self.pose.decode(remade)[:, : batch.motion.shape[1]], terms=terms)
 
+    @property
+    def reads(self) -> frozenset[str]:
+        return frozenset({"tags", "styles", "mask"})
+
     def generate(self, condition: Condition, seed: int) -> Tensor:
         generator = torch.Generator().manual_seed(seed)
         frames = condition.mask.shape[1]

@@ -21,7 +21,9 @@ from motiongen.errors import InputError
 from motiongen.export.formats import ENDINGS
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
+from motiongen.runs import known_tags
 from motiongen.suggestions import did_you_mean
+from motiongen.synthesis.timeline import TimelineError, read_timeline, resolve
 from motiongen.tasks import TASKS
 
 HYDRA_VERSION_BASE = "1.3"
@@ -97,6 +99,8 @@ def _check_one(config: DictConfig) -> None:
         problems += _missing_data(config)
     if "formats" in task.reads:
         problems += _unknown_formats(config)
+    if "timeline" in task.reads and config.timeline is not None:
+        problems += _unreadable_timeline(config)
     if problems:
         raise ConfigurationError("\n".join(problems))
 
@@ -119,6 +123,19 @@ def _unknown_formats(config: DictConfig) -> Iterator[str]:
     for name in formats:
         if name not in ENDINGS:
             yield f"formats: there is no format {name!r}{did_you_mean(str(name), ENDINGS)}\n  formats: {known}"
+
+
+def _unreadable_timeline(config: DictConfig) -> Iterator[str]:
+    """What is wrong with a timeline whatever the data is, and tags that the run does not know."""
+    try:
+        if not isinstance(config.variants, int) or config.variants < 1:
+            yield f"variants={config.variants}: takes a whole number of at least 1"
+        timeline = read_timeline(str(config.timeline))
+        tags = known_tags(config.run)
+        if tags is not None:
+            resolve(timeline, tags)
+    except TimelineError as error:
+        yield str(error)
 
 
 def _unknown_sections(config: DictConfig) -> Iterator[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self, TypeVar, runtime_checkable
 
 import torch
 from torch import Tensor, nn
@@ -16,6 +16,7 @@ from torch import Tensor, nn
 from motiongen.errors import InputError
 
 if TYPE_CHECKING:
+    from motiongen.generation.bank import TaggedBank
     from motiongen.generation.embeddings import Embeddings
 
 
@@ -47,6 +48,10 @@ class Condition:
 
     def to(self, device: torch.device | str) -> Self:
         return replace(self, **{field.name: getattr(self, field.name).to(device) for field in fields(self)})
+
+    def rows(self, chosen: Tensor) -> Self:
+        """The conditions that a mask (B,) or numbers choose."""
+        return replace(self, **{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
 
 
 @dataclass(frozen=True)
@@ -261,6 +266,34 @@ class Decoder(Protocol):
         ...
 
 
+class BeginOfPose(Protocol):
+    """Makes another begin of pose out of the one that a decoder would start from."""
+
+    def __call__(self, embedding: Tensor, tags: Tensor, bank: TaggedBank) -> Tensor:
+        """f_0 (B, D), the action's tags (B, A) and the beginnings of the training clips to f*_0 (B, D)."""
+        ...
+
+
+@runtime_checkable
+class StartsFromPose(Protocol):
+    """A decoder whose first input is the embedded last pose before the action, so that another may take its place."""
+
+    beginnings: TaggedBank
+    """Of every training clip that embedding, (M, D); empty until `conclude`."""
+
+    def begin_of_pose(self, condition: Condition) -> Tensor:
+        """f_0, the embedding of the last initial pose, (B, D)."""
+        ...
+
+    def generate_from(self, begin_of_pose: Tensor, controls: Controls, condition: Condition) -> Tensor:
+        """As `generate`, with the embedding (B, D) in place of f_0."""
+        ...
+
+    def conclude(self, batches: Iterable[MotionBatch]) -> None:
+        """Called once when training is over: keep the training clips' beginnings."""
+        ...
+
+
 class TrainingScheme(Protocol):
     """How the decoder is shown its past while it learns."""
 
@@ -288,6 +321,11 @@ class Generator(Protocol):
 
     dimensions: Dimensions
 
+    @property
+    def reads(self) -> frozenset[str]:
+        """The fields of Condition that `generate` reads."""
+        ...
+
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
         """For training: the batch's motion as the model would have made it."""
         ...
@@ -302,11 +340,27 @@ class GeneratorModule(nn.Module):
 
     dimensions: Dimensions
 
+    @property
+    def reads(self) -> frozenset[str]:
+        """The fields of Condition that `generate` reads; all of them unless a generator says otherwise."""
+        return frozenset(one.name for one in fields(Condition))
+
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
         raise NotImplementedError
 
     def generate(self, condition: Condition, seed: int) -> Tensor:
         raise NotImplementedError
 
+    def generate_from(self, begin_of_pose: BeginOfPose, condition: Condition, seed: int) -> Tensor:
+        """As `generate`, but the embedding of the last initial pose is what `begin_of_pose` makes of it.
+
+        Raises:
+            CompositionError: this generator does not begin with an embedded pose.
+        """
+        raise CompositionError(f"{type(self).__name__} does not begin with an embedded pose that could be replaced")
+
     def conclude(self, batches: Iterable[MotionBatch]) -> None:
-        """Called once when training is over, with every training clip once; most generators need nothing of it."""
+        """Called once when training is over, with every training clip once; most generators need nothing of it.
+
+        `batches` can be gone through several times and lie on any device.
+        """

@@ -5,6 +5,7 @@ With `resume` and `run`, its stored overrides stand in for what the user would h
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterable
@@ -20,6 +21,8 @@ GENERATOR_FILE = "generator.pt"
 """The trained generator of a finished run."""
 OVERRIDES = Path(".hydra", "overrides.yaml")
 HYDRA = Path(".hydra", "hydra.yaml")
+SUMMARY_FILE = "summary.json"
+"""What a finished run says about itself."""
 RUN_ID_FILE = "mlflow_run_id"
 """Holds the id of the folder's run in MLflow."""
 RUN_ID = re.compile("[0-9a-f]{32}")
@@ -76,7 +79,7 @@ def _runs(argument: str) -> str:
     folders = [run_folder_of(name) for name in names if name]
     for folder in folders:
         _require_generator(folder, "runs")
-    return f"runs=[{','.join(_quoted(folder) for folder in folders)}]"
+    return f"runs=[{','.join(quoted(folder) for folder in folders)}]"
 
 
 def _require_generator(folder: Path, key: str) -> None:
@@ -95,6 +98,18 @@ def stored_overrides(folder: Path, key: str) -> list[str]:
     if not (folder / OVERRIDES).is_file():
         raise RunError(f"{key}: {folder} is not the folder of a run (it has no {OVERRIDES})")
     return [str(text) for text in OmegaConf.load(folder / OVERRIDES)]
+
+
+def known_tags(run: str | None) -> list[str] | None:
+    """The tags of the data that the run in this folder was trained on, where its summary says them."""
+    summary = Path(run or "") / SUMMARY_FILE
+    if run is None or not summary.is_file():
+        return None
+    try:
+        tags = json.loads(summary.read_text(encoding="utf-8"))["data"]["tags"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise RunError(f"run: {summary} cannot be read: {error}") from error
+    return [str(tag) for tag in tags]
 
 
 def _value(arguments: Iterable[str], key: str) -> Path | None:
@@ -127,9 +142,10 @@ def _without(texts: Iterable[str], keys: set[str]) -> list[str]:
 
 
 def _override(key: str, folder: Path) -> str:
-    return f"{key}={_quoted(folder)}"
+    return f"{key}={quoted(folder)}"
 
 
-def _quoted(folder: Path) -> str:
-    text = str(folder).replace("\\", "\\\\").replace("'", "\\'")
+def quoted(value: str | Path) -> str:
+    """A value as Hydra's command line takes any text."""
+    text = str(value).replace("\\", "\\\\").replace("'", "\\'")
     return f"'{text}'"

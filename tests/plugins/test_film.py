@@ -10,7 +10,7 @@ from motiongen.contracts import CompositionError, MotionBatch
 from motiongen.generation.embeddings import Embeddings
 from motiongen.motion.skeleton import JOINT
 from motiongen_plugins.film.action_aware_encoder import LABEL, LINKS, NODES, POSITION
-from motiongen_plugins.film.bank import FilmBank, jaccard
+from motiongen_plugins.film.bank import FilmBank
 from motiongen_plugins.film.film import FiLM
 from motiongen_plugins.film.graph_convolution import GatingAdjacency, normalized_graph
 from tests.compositions import TAGS, batch
@@ -160,11 +160,6 @@ def test_of_several_tags_the_entries_that_share_most_are_drawn():
     assert drawn[0].unique().tolist() == [1]
     assert drawn[1].unique().tolist() == [1]
     assert drawn[2].unique().tolist() == [0]
-
-
-def test_jaccard():
-    tags, others = torch.tensor([[1.0, 1, 0, 0], [0, 0, 0, 0]]), torch.tensor([[1.0, 0, 1, 1], [1, 1, 0, 0]])
-    torch.testing.assert_close(jaccard(tags, others), torch.tensor([[0.25, 1.0], [0.0, 0.0]]))
 
 
 def test_interpolation_stays_between_two_entries_of_the_action():

@@ -16,6 +16,7 @@ from motiongen.data.clips import INITIAL_FRAMES, DataError, Source, Span
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
 from motiongen.data.splits import Clip, all_clips, split, without_labels
 from motiongen.data.store import ClipStore
+from motiongen.data.transitions import draw_transition
 from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
 from motiongen.options import PositiveInt, Share
@@ -28,6 +29,9 @@ class MotionData:
     the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
     starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
     Test clips are cut into consecutive windows once. Split, windows and batches follow from the seed and the epoch.
+
+    The share `transitions` of the windows is made to begin from poses of other training clips, so that actions are seen
+    to follow ones that they never followed when they were recorded, and to come back from drift.
 
     Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
     every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
@@ -52,6 +56,7 @@ class MotionData:
         draws: PositiveInt = 1,
         random_length: bool = False,
         beginnings: Share = 0.0,
+        transitions: Share = 0.0,
         hidden_labels: Share = 0.0,
     ) -> None:
         if max_frames < min_frames:
@@ -73,6 +78,7 @@ class MotionData:
         self._draws = draws
         self._shortest = min_frames if random_length else None
         self._beginnings = beginnings
+        self._transitions = transitions
         self._hidden = without_labels(self.store, self.split, hidden_labels, seed)
 
     @property
@@ -119,7 +125,10 @@ class MotionData:
             for index, clip in enumerate(self.split.train * self._draws)
         ]
         rng = np.random.default_rng((self._seed, epoch))
-        dataset = MotionDataset(self.store, self.tags, windows, hidden=self._hidden)
+        (draw,) = rng.spawn(1)
+        joined = np.flatnonzero(draw.random(len(windows)) < self._transitions).tolist()
+        transitions = {index: draw_transition(self.split.train, draw) for index in joined}
+        dataset = MotionDataset(self.store, self.tags, windows, self._hidden, transitions)
         return _loader(dataset, bucketed([len(clip) for clip in windows], self._batch_size, rng))
 
     def test_batches(self, batch_size: int) -> DataLoader[Item]:

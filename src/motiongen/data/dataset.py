@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Set
 from collections.abc import Sequence as Ordered
-from collections.abc import Set
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 import torch
@@ -13,9 +14,10 @@ from torch.nn.utils.rnn import pad_sequence
 from torch.utils.data import Dataset
 
 from motiongen.contracts import Condition, MotionBatch
-from motiongen.data.clips import Segment
+from motiongen.data.clips import INITIAL_FRAMES, Segment
 from motiongen.data.splits import Clip, SegmentKey
 from motiongen.data.store import ClipStore
+from motiongen.data.transitions import Transition, begin_from
 from motiongen.motion.canonical import GroundFrame
 from motiongen.motion.representation import TRANSLATION
 
@@ -46,15 +48,22 @@ class MotionDataset(Dataset[Item]):
         tags: names of the columns of tag vectors. Style vectors have the columns `store.styles`.
         clips: one item each.
         hidden: segments, as (sequence, segment), whose tags, next tags and styles are given as unknown.
+        transitions: what clips are made to begin from, by their number.
     """
 
     def __init__(
-        self, store: ClipStore, tags: Ordered[str], clips: Ordered[Clip], hidden: Set[SegmentKey] = frozenset()
+        self,
+        store: ClipStore,
+        tags: Ordered[str],
+        clips: Ordered[Clip],
+        hidden: Set[SegmentKey] = frozenset(),
+        transitions: Mapping[int, Transition] = MappingProxyType({}),
     ) -> None:
         self.clips = tuple(clips)
         self._store = store
         self._tags = tuple(tags)
         self._hidden = hidden
+        self._transitions = transitions
 
     def __len__(self) -> int:
         return len(self.clips)
@@ -66,6 +75,10 @@ class MotionDataset(Dataset[Item]):
         world = self._store.features(clip.sequence, clip.initial_start, clip.stop)
         initial_frames = clip.start - clip.initial_start
         features = GroundFrame.of(world[initial_frames - 1]).enter(world)
+        if (transition := self._transitions.get(index)) is not None:
+            start = transition.stop - INITIAL_FRAMES
+            before = self._store.features(transition.sequence, start, transition.stop)
+            features = begin_from(features, before, transition)
         motion = features[initial_frames:]
         travels = any(tag in self._store.root_tags for tag in segment.tags)
         ground = motion[:, TRANSLATION][:, :2]

@@ -9,11 +9,13 @@ import torch
 from torch import Tensor
 
 from motiongen.contracts import (
+    BeginOfPose,
     Builder,
     Code,
     CompositionError,
     Condition,
     Conditioning,
+    Controls,
     Decoder,
     Dimensions,
     Encoder,
@@ -21,6 +23,7 @@ from motiongen.contracts import (
     MotionBatch,
     PoseForm,
     Prediction,
+    StartsFromPose,
     TrainingScheme,
     Unroller,
 )
@@ -81,7 +84,29 @@ class StagedGenerator(GeneratorModule):
         prediction = self.scheme(self.decoder, controls, batch, progress, generator)
         return replace(decoded(prediction, self.pose), posterior=posterior)
 
+    @property
+    def reads(self) -> frozenset[str]:
+        stages = (self.encoder, self.conditioning, self.unroller, self.decoder)
+        return frozenset({"mask"}).union(*(stage.reads for stage in stages))
+
     def generate(self, condition: Condition, seed: int) -> Tensor:
+        return self._generate(self.decoder.generate, condition, seed)
+
+    def generate_from(self, begin_of_pose: BeginOfPose, condition: Condition, seed: int) -> Tensor:
+        decoder = self.decoder
+        if not isinstance(decoder, StartsFromPose):
+            raise CompositionError(
+                f"{type(decoder).__name__} does not begin with an embedded pose that could be replaced; choose a "
+                "generator/decoder that does, such as autoregressive_transformer"
+            )
+
+        def decode(controls: Controls, condition: Condition) -> Tensor:
+            own = decoder.begin_of_pose(condition)
+            return decoder.generate_from(begin_of_pose(own, condition.tags, decoder.beginnings), controls, condition)
+
+        return self._generate(decode, condition, seed)
+
+    def _generate(self, decode: Callable[[Controls, Condition], Tensor], condition: Condition, seed: int) -> Tensor:
         was_training = self.training
         self.eval()
         generator = torch.Generator().manual_seed(seed)
@@ -90,14 +115,16 @@ class StagedGenerator(GeneratorModule):
                 condition = replace(condition, initial_motion=self.pose.encode(condition.initial_motion))
                 latent = self.encoder.prior(condition).sample(generator)
                 code = Code(latent, self.conditioning(latent, condition, generator))
-                controls = self.unroller(code, condition)
-                motion = self.pose.decode(self.decoder.generate(controls, condition))
+                motion = self.pose.decode(decode(self.unroller(code, condition), condition))
                 return motion * condition.mask.unsqueeze(-1)
         finally:
             self.train(was_training)
 
     def conclude(self, batches: Iterable[MotionBatch]) -> None:
-        self.conditioning.conclude(encoded(batch, self.pose) for batch in batches)
+        device = next(self.parameters()).device
+        self.conditioning.conclude(encoded(batch.to(device), self.pose) for batch in batches)
+        if isinstance(self.decoder, StartsFromPose):
+            self.decoder.conclude(encoded(batch.to(device), self.pose) for batch in batches)
 
 
 def encoded(batch: MotionBatch, pose: PoseForm) -> MotionBatch:

@@ -84,7 +84,9 @@ TASKS: dict[str, Task] = {
     "compare": Task(_compare, ("scale", "data", *JUDGING, "tracker"), needs=("runs",)),
     "known_cases": Task(_known_cases, ("scale", "data", "recognizer", "evaluation")),
     "synthesize": Task(
-        _synthesize, ("scale", "data", "body", "generator", "tracker", "formats"), needs=("run", "timeline")
+        _synthesize,
+        ("scale", "data", "body", "recognizer", "correction", "generator", "tracker", "formats", "timeline"),
+        needs=("run", "timeline"),
     ),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),

@@ -33,8 +33,7 @@ def run(config: DictConfig) -> None:
             record.tracker,
             resume=config.resume is not None,
         )
-        device = next(generator.parameters()).device
-        generator.eval().conclude(batch.to(device) for batch in data.train_windows(config.evaluation.batch_size))
+        generator.eval().conclude(data.train_windows(config.evaluation.batch_size))
         trained_on = sorted({*seen, *data.frames_of(data.split.train)})
         save_generator(folder / GENERATOR_FILE, generator, data.tags, trained_on)
         evaluation = judge(config, data, generator)

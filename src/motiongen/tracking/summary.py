@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from motiongen.files import replacing
+from motiongen.runs import SUMMARY_FILE
 
-SUMMARY_FILE = "summary.json"
 VERSIONS_OF = ("motiongen", "torch", "pytorch-lightning", "numpy", "hydra-core", "mlflow")
 
 

@@ -68,11 +68,21 @@ class MotionFolder:
 
     def sequences(self) -> Iterator[Sequence]:
         for name, tags in self._labels.items():
-            path = self._root / name
-            pose = features(*(_bvh(path) if path.suffix.lower() == ".bvh" else _npz(path)))
-            if not pose.isfinite().all():
-                raise DataError(f"{path}: a frame is not finite")
+            pose = read_motion(self._root / name)
             yield Sequence(name, name, pose, (Segment(0, len(pose), tags),))
+
+
+def read_motion(path: Path) -> Tensor:
+    """The motion of one NPZ or BVH file as features (T, 135) at 30 Hz.
+
+    Raises:
+        DataError: no such file, not of one of the forms above, or not finite.
+    """
+    required(path)
+    pose = features(*(_bvh(path) if path.suffix.lower() == ".bvh" else _npz(path)))
+    if not pose.isfinite().all():
+        raise DataError(f"{path}: a frame is not finite")
+    return pose
 
 
 def _labels(path: Path) -> dict[str, tuple[str, ...]]:
