@@ -19,6 +19,8 @@ class ConditionEncoder(nn.Module):
     [embedded initial poses, embedded current tag, embedded next tag] pass a Transformer encoder; the output at the
     current tag's token is pooled, and two linear layers give mean and log-variance. It never sees the motion that it
     stands for, so posterior and prior are one distribution (section 4.2.3).
+
+    Without `looks_ahead` the next tag is the zero vector, as where it is unknown (section 5.2.4, "w/o next tag").
     """
 
     reads: ClassVar[frozenset[str]] = frozenset({"tags", "next_tags", "initial_motion"})
@@ -33,8 +35,10 @@ class ConditionEncoder(nn.Module):
         feedforward: PositiveInt,
         dropout: Share,
         activation: str = "gelu",
+        looks_ahead: bool = True,
     ) -> None:
         super().__init__()
+        self.looks_ahead = looks_ahead
         width = dimensions.width
         self.pose_embedding = embeddings.pose
         self.tag_embedding = embeddings.tags
@@ -46,7 +50,7 @@ class ConditionEncoder(nn.Module):
     def prior(self, condition: Condition) -> Posterior:
         poses = self.pose_embedding(condition.initial_motion)  # (B, K, D)
         tag = self.tag_embedding(condition.tags).unsqueeze(1)  # (B, 1, D)
-        next_tag = self.tag_embedding(condition.next_tags).unsqueeze(1)  # (B, 1, D)
+        next_tag = self.tag_embedding(self.looks_ahead * condition.next_tags).unsqueeze(1)  # (B, 1, D)
         tokens = torch.cat([poses, tag, next_tag], dim=1)
         # The paper names no positional encoding here; without one the two tags could not be told apart.
         positions = torch.arange(tokens.shape[1], device=tokens.device)

@@ -24,6 +24,8 @@ SLOTS = {
     "generator/classifier": "poses to an action or style",
     "generator/denoiser": "what cleans the motion that words are read from",
     "objective": "what training makes small",
+    "corrections": "with which corrections long motion is judged, one after another",
+    "sequences": "which sequences of actions long motion is judged on",
     "correction": "what acts against drift where long motion is made of actions",
 }
 """What the options of a group are for, where its name does not say it."""

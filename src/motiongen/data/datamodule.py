@@ -169,6 +169,10 @@ class MotionData:
         items = self.train_items()
         return _in_order(items, range(len(items)), batch_size)
 
+    def test_clips(self) -> MotionDataset:
+        """Test clips as they are, however long, in the order of the store."""
+        return MotionDataset(self.store, self.tags, self.split.test)
+
     def test_items(self) -> MotionDataset:
         """Test clips in consecutive windows, in the order of the store."""
         return self._items(self.split.test)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import torch
@@ -85,6 +85,7 @@ def synthesize(
     recognizer: Recognizer | None = None,
     longest: int | None = None,
     transition_frames: int = TRANSITION_FRAMES,
+    floor: Callable[[Tensor, Tensor], Tensor] | None = None,
 ) -> list[LongMotion]:
     """Generate action after action; each continues the last K frames of the motion so far.
 
@@ -100,6 +101,7 @@ def synthesize(
         longest: frames of the longest window that the generator was trained on. A longer action is generated in equal
             parts, as training cut it into windows: what follows a part is the action itself. None: nothing is too long.
         transition_frames: how many frames a seam is smoothed over where an action may not begin with the pose before.
+        floor: puts motions (B, T, F), of which the frames in mask (B, T) count, on the floor (`floor.Floor`).
 
     Raises:
         ValueError: the correction asks for a recognizer, and there is none.
@@ -118,6 +120,8 @@ def synthesize(
         recent = torch.stack([track.recent for track in active])
         # A generator that adds displacements to numbers leaves the rotations; what comes next begins from rotations.
         motion = smooth_seam(recent, pack(*unpack(frame.leave(made.motion))), smoothed)
+        if floor is not None:
+            motion = floor(motion, condition.mask)
         for track, own, frames in zip(active, motion, smoothed.tolist(), strict=True):
             track.extend(own, turn, frames > 0)
     return [track.result() for track in tracks]

@@ -52,6 +52,12 @@ def _synthesize(config: DictConfig) -> None:
     run(config)
 
 
+def _long_motion(config: DictConfig) -> None:
+    from motiongen.tasks.long_motion import run
+
+    run(config)
+
+
 def _prepare(config: DictConfig) -> None:
     from motiongen.tasks.prepare import run
 
@@ -87,6 +93,9 @@ TASKS: dict[str, Task] = {
         _synthesize,
         ("scale", "data", "body", "recognizer", "correction", "generator", "tracker", "formats", "timeline"),
         needs=("run", "timeline"),
+    ),
+    "long_motion": Task(
+        _long_motion, ("scale", "data", *JUDGING, "sequences", "corrections", "tracker"), needs=("runs",)
     ),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),

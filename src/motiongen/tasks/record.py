@@ -14,6 +14,8 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
+from motiongen.evaluation.curves import draw_curves
+from motiongen.evaluation.long_results import LongResult, curve_rows, long_rows, long_training_rows, to_json
 from motiongen.evaluation.results import REAL, Evaluation
 from motiongen.evaluation.table import (
     action_rows,
@@ -113,6 +115,41 @@ class Record:
             parts += ["The two recognizers order all systems alike." if not differing else "They disagree about:"]
             parts += [f"- {text}" for text in differing]
         path = self._folder / "metrics.md"
+        path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+        self.tracker.log_artifact(path)
+        self._closing += parts
+
+    def long_motion(
+        self,
+        kind: str,
+        results: Sequence[Mapping[str, LongResult]],
+        groups: Mapping[str, Sequence[str]],
+        protocol: Mapping[str, Any],
+    ) -> None:
+        """Figures of long motions on one kind of sequences: under the first recognizer, and under a second one.
+
+        Args:
+            kind: of the sequences.
+            results: one a recognizer: system to its figures.
+            groups: systems that are trainings of one composition, by its name.
+            protocol: of the sequences.
+        """
+        parts = []
+        self._summary["sequences"] = dict(protocol)
+        for own, prefix in zip(results, ("", "second_"), strict=False):
+            name = f"{prefix}{kind}"
+            self._summary[f"{name}_long_motion"] = {system: to_json(result) for system, result in own.items()}
+            parts += [f"Sequences: {name.replace('_', ' recognizer, ')}", markdown(long_rows(own))]
+            self.tracker.log_table(f"{name}_long_motion", long_rows(own))
+            self.tracker.log_table(f"{name}_curves", curve_rows(own))
+            present = {group: [one for one in names if one in own] for group, names in groups.items()}
+            if rows := long_training_rows(own, {group: names for group, names in present.items() if names}):
+                self.tracker.log_table(f"{name}_trainings", rows)
+                parts += ["Over trainings, mean ± 1.96 std / sqrt(n):", markdown(rows)]
+            path = self._folder / f"{name}_curves.png"
+            draw_curves(path, own)
+            self.tracker.log_artifact(path)
+        path = self._folder / f"{kind}_long_motion.md"
         path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         self.tracker.log_artifact(path)
         self._closing += parts

@@ -19,6 +19,7 @@ from motiongen.files import replacing
 from motiongen.recognition.cache import obtain_recognizer
 from motiongen.recognition.recognizer import Recognizer
 from motiongen.synthesis.correction import Correction
+from motiongen.synthesis.floor import Floor
 from motiongen.synthesis.pipeline import LongMotion, Plan, synthesize
 from motiongen.synthesis.planning import Planner
 from motiongen.synthesis.ranking import recognized
@@ -81,7 +82,15 @@ def perform(config: DictConfig, timeline: Timeline, data: MotionData) -> list[Va
     if config.rank or correction.asks_recognizer:
         recognizer = obtain_recognizer(config.recognizer, data, Path(config.cache)).recognizer
     longest = config.data.max_frames
-    motions = synthesize(generator, plans, seed, correction=correction, recognizer=recognizer, longest=longest)
+    motions = synthesize(
+        generator,
+        plans,
+        seed,
+        correction=correction,
+        recognizer=recognizer,
+        longest=longest,
+        floor=Floor.of(data) if config.floor else None,
+    )
     if not config.rank or recognizer is None:
         return [Variant(plan, motion, None) for plan, motion in zip(plans, motions, strict=True)]
     variants = [
