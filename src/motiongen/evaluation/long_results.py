@@ -109,7 +109,8 @@ def to_json(result: LongResult) -> dict[str, Any]:
     """Plain values; None for what could not be measured."""
     return {
         "figures": {
-            name: [_plain(own.value), _plain(own.low), _plain(own.high)] for name, own in result.figures.items()
+            name: {"value": _plain(own.value), "low": _plain(own.low), "high": _plain(own.high)}
+            for name, own in result.figures.items()
         },
         "parts": result.parts,
         "curves": {name: [_plain(value) for value in own] for name, own in result.curves.items()},

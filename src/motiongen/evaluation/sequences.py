@@ -39,6 +39,8 @@ class SequenceProtocol:
     """Of the sequences, and of what is generated"""
     confidence: Share = 0.5
     """Test clips are taken whose actions the recognizer is at least so sure of."""
+    floor: bool = False
+    """Whether every action is put on the floor, which the papers do not do."""
     plausible_within: NonNegativeFloat = 0.05
     """Metres: for data without recorded transitions, how near one action's last pose has to be to another's first. One
     frame of walking is 2 cm, five are 9."""

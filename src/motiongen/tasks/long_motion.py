@@ -30,6 +30,7 @@ from motiongen.evaluation.sequences import (
 from motiongen.recognition.cache import obtain_recognizer
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.synthesis.correction import Correction
+from motiongen.synthesis.floor import Floor
 from motiongen.synthesis.paths import RecordedPath
 from motiongen.synthesis.pipeline import Plan, Step, synthesize
 from motiongen.tasks.assembly import build_data, run_folder
@@ -73,6 +74,7 @@ class _Stage:
     references: Sequence[Tensor]
     """Features of the real test clips before every judge"""
     longest: int
+    floor: Floor | None
 
     @classmethod
     def of(
@@ -96,7 +98,8 @@ class _Stage:
             transitions = plausible_transitions(data, protocol.plausible_within)
             _log.info("no transitions are recorded: an action may follow where its poses are near enough")
         references = [features_of(judge.recognizer, batches) for judge in judges]
-        return cls(data, protocol, items, transitions, judges, references, longest)
+        floor = Floor.of(data) if protocol.floor else None
+        return cls(data, protocol, items, transitions, judges, references, longest, floor)
 
     def judged(
         self, kind: str, runs: Sequence[TrainedRun], corrections: Mapping[str, Correction]
@@ -140,6 +143,7 @@ class _Stage:
                         correction=correction,
                         recognizer=self.judges[0].recognizer,
                         longest=self.longest,
+                        floor=self.floor,
                     )
                 except CompositionError as error:
                     _log.warning("%s is not made with %s: %s", run.name, name, error)
