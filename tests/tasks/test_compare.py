@@ -7,30 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from omegaconf import OmegaConf
 
 from motiongen.configuration import compose
-from motiongen.generation.checkpoint import save_generator
-from motiongen.tasks.assembly import build_data, build_generator
+from motiongen.tasks.assembly import build_data
 from tests.tasks.command import motiongen
-
-COMMON = ["scale=smoke", "data.source.sessions=8", "data.min_clips=2", "evaluation.seeds=2", "tracker=none"]
+from tests.tasks.untrained import COMMON, untrained_run
 
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("runs")
-
-
-def untrained_run(folder: Path, experiment: str, *changes: str) -> Path:
-    """The folder of a run that ended before its first step."""
-    overrides = [f"+experiment={experiment}", *COMMON, f"cache={folder.parent / 'cache'}", *changes]
-    config = compose(overrides)
-    (folder / ".hydra").mkdir(parents=True)
-    OmegaConf.save(OmegaConf.create(overrides), folder / ".hydra" / "overrides.yaml")
-    data = build_data(config)
-    save_generator(folder / "generator.pt", build_generator(config, data), data.tags, data.frames_of(data.split.train))
-    return folder
 
 
 def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path) -> None:
