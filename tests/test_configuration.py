@@ -119,8 +119,8 @@ def test_tasks_tell_what_they_need() -> None:
 @pytest.mark.parametrize(
     ("formats", "told"),
     [
-        ("[bvh,gbl]", ["there is no format 'gbl'; did you mean 'glb'?", "formats: amass, bvh, csv, glb"]),
-        ("[fbx]", ["there is no format 'fbx'", "formats: amass, bvh, csv, glb"]),
+        ("[bvh,gbl]", ["there is no format 'gbl'; did you mean 'glb'?", "formats: amass, bvh, csv, glb, mp4"]),
+        ("[fbx]", ["there is no format 'fbx'", "formats: amass, bvh, csv, glb, mp4"]),
         ("[3]", ["there is no format 3"]),
         ("bvh", ["formats=bvh: takes a list, such as formats=[amass]"]),
         ("null", ["formats=None: takes a list"]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from importlib.util import find_spec
 
 import yaml
 from hydra import compose as hydra_compose
@@ -18,7 +19,7 @@ from omegaconf.errors import OmegaConfBaseException
 from motiongen.data.roots import DataError, check_root
 from motiongen.discovery import core_conf, options, register_search_path
 from motiongen.errors import InputError
-from motiongen.export.formats import ENDINGS
+from motiongen.export.formats import ENDINGS, PACKAGES
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import known_tags
@@ -123,6 +124,9 @@ def _unknown_formats(config: DictConfig) -> Iterator[str]:
     for name in formats:
         if name not in ENDINGS:
             yield f"formats: there is no format {name!r}{did_you_mean(str(name), ENDINGS)}\n  formats: {known}"
+        elif name in PACKAGES and find_spec(PACKAGES[name][0]) is None:
+            package, extra = PACKAGES[name]
+            yield f"formats: {name} needs the package {package}: pip install 'motiongen[{extra}]'"
 
 
 def _unreadable_timeline(config: DictConfig) -> Iterator[str]:

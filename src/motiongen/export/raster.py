@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -43,12 +43,27 @@ def render_gif(path: Path, scene: Scene, *, size: int = 480, max_frames: int = 1
     Long motion keeps its tempo and drops frames: at most 15 a second and `max_frames` in all.
     """
     step = max(1, round(scene.fps / 15), -(-scene.frames // max_frames))
-    picked = range(0, scene.frames, step)
+    images = list(pictures(scene, range(0, scene.frames, step), size))
+    shared = _palette(images, palette)
+    images = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in images]
+    with replacing(path) as partial:
+        images[0].save(
+            partial,
+            format="GIF",
+            save_all=True,
+            append_images=images[1:],
+            duration=_durations(len(images), 1000 * step / scene.fps),
+            loop=0,
+            optimize=False,
+        )
+
+
+def pictures(scene: Scene, picked: Sequence[int], size: int) -> Iterator[Image.Image]:
+    """These frames of the scene, one after another: the body with its shadow, initial pose, path, labels and time."""
     vertices = _vertices(scene, picked)
     faces, colors = scene.body.faces.numpy(), outfit(scene.body).numpy()
     cameras = _cameras(scene, vertices, size * SUPERSAMPLING)
     given = None if scene.initial_frame is None else _vertices(scene, [scene.initial_frame])[0]
-    pictures: list[Image.Image] = []
     for index, frame in enumerate(picked):
         camera = cameras[index]
         if index == 0 or camera is not cameras[index - 1]:
@@ -61,19 +76,7 @@ def render_gif(path: Path, scene: Scene, *, size: int = 480, max_frames: int = 1
         draw_mesh(canvas, camera, vertices[index], faces, color)
         picture = to_image(canvas).reduce(SUPERSAMPLING)
         _caption(picture, scene, frame)
-        pictures.append(picture)
-    shared = _palette(pictures, palette)
-    images = [picture.quantize(palette=shared, dither=Image.Dither.NONE) for picture in pictures]
-    with replacing(path) as partial:
-        images[0].save(
-            partial,
-            format="GIF",
-            save_all=True,
-            append_images=images[1:],
-            duration=_durations(len(images), 1000 * step / scene.fps),
-            loop=0,
-            optimize=False,
-        )
+        yield picture
 
 
 def render_strip(path: Path, scene: Scene, *, frames: int = 8, height: int = 360) -> None:

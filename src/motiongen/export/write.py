@@ -12,11 +12,12 @@ from motiongen.export.bvh import encode_bvh
 from motiongen.export.gltf import encode_glb
 from motiongen.export.joints import encode_joints
 from motiongen.export.scene import Scene
+from motiongen.export.video import encode_mp4
 from motiongen.files import replacing
 from motiongen.suggestions import did_you_mean
 
 ENCODERS: Mapping[str, Callable[[Scene], bytes]] = MappingProxyType(
-    {".bvh": encode_bvh, ".csv": encode_joints, ".glb": encode_glb, ".npz": encode_amass}
+    {".bvh": encode_bvh, ".csv": encode_joints, ".glb": encode_glb, ".mp4": encode_mp4, ".npz": encode_amass}
 )
 """A file's suffix -> what makes its content."""
 
