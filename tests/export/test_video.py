@@ -12,15 +12,15 @@ from tests.export.motions import swinging
 
 
 def test_a_film_has_every_frame_at_the_scenes_rate(tmp_path: Path) -> None:
-    path, scene = tmp_path / "swing.mp4", swinging(frames=7)
+    path, scene = tmp_path / "swing.mp4", swinging(frames=12)
     write(path, scene)
     with av.open(str(path)) as container:
         (stream,) = container.streams
         assert (stream.codec_context.name, stream.width, stream.height) == ("h264", SIZE, SIZE)
         assert stream.average_rate == 30
         frames = [frame.to_ndarray(format="rgb24").astype(int) for frame in container.decode(stream)]
-    assert len(frames) == 7
-    (expected,) = pictures(scene, [6], SIZE)
+    assert len(frames) == 12
+    (expected,) = pictures(scene, [11], SIZE)
     # What is lost in compression is little beside what moves.
     assert np.abs(frames[-1] - np.asarray(expected.convert("RGB"), int)).mean() < 3
     assert np.abs(frames[-1] - frames[0]).max() > 60

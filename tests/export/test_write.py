@@ -32,7 +32,7 @@ def test_the_case_of_a_suffix_does_not_matter(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "told"),
     [
-        ("motion.fbx", r"motion\.fbx: no format has the suffix '\.fbx'; known: \.bvh, \.csv, \.glb, \.npz"),
+        ("motion.fbx", r"motion\.fbx: no format has the suffix '\.fbx'; known: \.bvh, \.csv, \.glb, \.mp4, \.npz"),
         ("motion.gbl", r"motion\.gbl: .*did you mean '\.glb'\?"),
         ("motion", r"motion: no format has the suffix ''"),
         ("absent/motion.bvh", r"motion\.bvh: there is no folder .*absent"),
