@@ -2,6 +2,8 @@
 import { readBody, readScene } from "./data.js";
 import { Stage } from "./stage.js";
 
+/** This many motions are shown side by side: the one that was chosen and those below it in the list. */
+const MOST_BESIDE = 4;
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const byId = (id) => document.getElementById(id);
 const data = JSON.parse(byId("data").textContent);
@@ -19,6 +21,7 @@ class Player {
     this.stage = new Stage(byId("canvas"), data.bodies.map(readBody));
     this.playing = true;
     this.speed = 1;
+    this.beside = false;
     this.time = 0;
     this.preference = window.matchMedia("(prefers-color-scheme: dark)");
     this.setTheme(this.preference.matches ? "dark" : "light");
@@ -70,10 +73,12 @@ class Player {
     this.scene = readScene(this.scenes[this.index]);
     this.items.forEach((item, other) => item.setAttribute("aria-current", String(other === this.index)));
     this.items[this.index].scrollIntoView({ block: "nearest" });
+    const others = this.beside ? this.scenes.slice(this.index + 1, this.index + MOST_BESIDE) : [];
     byId("title").textContent = this.scene.title;
-    this.stage.show(this.scene);
+    this.stage.show(this.scene, others.map(readScene));
     byId("ghost").disabled = this.scene.initial_frames === 0;
     byId("path").disabled = !this.scene.trajectory;
+    byId("beside").hidden = this.scenes.length === 1;
     this.time = 0;
     this.track();
   }
@@ -167,6 +172,12 @@ class Player {
     const { options } = this.stage;
     toggle("ghost", () => options.ghost, (on) => (options.ghost = on));
     toggle("path", () => options.path, (on) => (options.path = on));
+    toggle("beside", () => this.beside, (on) => {
+      this.beside = on;
+      const { time } = this;
+      this.select(this.index);
+      this.seek(time);
+    });
     toggle("follow", () => this.stage.follow, (on) => (this.stage.follow = on));
     byId("reset").addEventListener("click", () => this.stage.frame());
     byId("theme").addEventListener("click", () => this.setTheme(this.themeName === "dark" ? "light" : "dark"));
@@ -200,6 +211,7 @@ class Player {
       ArrowDown: () => this.select(this.index + 1),
       Home: () => this.seek(0),
       End: () => this.seek(Infinity),
+      b: () => byId("beside").click(),
       f: () => byId("follow").click(),
       r: () => byId("reset").click(),
     };

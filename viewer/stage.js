@@ -4,6 +4,8 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 const GIVEN = new THREE.Color("#a9b0bd");
 const PATH = 0xf97316;
+/** Metres between motions side by side. */
+const APART = 1.1;
 const THEMES = {
   light: { sky: 0xf3f5f9, floor: 0xe4e8ef, line: 0xc3cad6, bold: 0xaab4c4, shadow: 0.28, ghost: 0.28 },
   dark: { sky: 0x14181f, floor: 0x1b212b, line: 0x2c3542, bold: 0x3d4959, shadow: 0.55, ghost: 0.3 },
@@ -26,6 +28,7 @@ class Figure {
   }
 
   pose(scene, time) {
+    time = Math.min(time, scene.frames - 1);
     const first = Math.min(Math.floor(time), scene.frames - 1);
     const second = Math.min(first + 1, scene.frames - 1);
     const share = time - first;
@@ -97,6 +100,35 @@ function ribbon(path, width, height, color, opacity) {
   return new THREE.Mesh(geometry, material);
 }
 
+/** The path that was asked for, with a dot where it ends. */
+function asked(scene) {
+  const group = new THREE.Group();
+  if (scene.trajectory?.length >= 4) {
+    const end = scene.trajectory.slice(-2);
+    const dot = new THREE.Mesh(new THREE.CircleGeometry(0.055, 32), new THREE.MeshBasicMaterial({ color: PATH }));
+    dot.position.set(end[0], end[1], 0.005);
+    group.add(ribbon(scene.trajectory, 0.018, 0.004, PATH, 0.95), dot);
+  }
+  return group;
+}
+
+/** How far a motion reaches to either side of its first heading, and that side. */
+function breadth(scene) {
+  const turn = new THREE.Quaternion().fromArray(scene.rotations).normalize();
+  const side = new THREE.Vector3(1, 0, 0).applyQuaternion(turn).setZ(0).normalize();
+  const reach = [Infinity, -Infinity];
+  for (let i = 0; i < scene.positions.length; i += 3) {
+    const along = scene.positions[i] * side.x + scene.positions[i + 1] * side.y;
+    reach[0] = Math.min(reach[0], along);
+    reach[1] = Math.max(reach[1], along);
+  }
+  return { side, width: reach[1] - reach[0] };
+}
+
+function clothed() {
+  return new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0.02 });
+}
+
 export class Stage {
   constructor(canvas, bodies) {
     this.canvas = canvas;
@@ -150,7 +182,8 @@ export class Stage {
     if (this.ghost) this.ghost.mesh.material.opacity = theme.ghost;
   }
 
-  show(scene) {
+  /** Show a motion, and others beside it. */
+  show(scene, others = []) {
     this.content.traverse((part) => {
       part.material?.dispose();
       part.skeleton?.dispose();
@@ -159,7 +192,7 @@ export class Stage {
     this.content.clear();
     this.scene = scene;
     const body = this.bodies[scene.body];
-    this.figure = new Figure(body, new THREE.MeshStandardMaterial({ vertexColors: true, roughness: 0.62, metalness: 0.02 }));
+    this.figure = new Figure(body, clothed());
     this.figure.mesh.castShadow = true;
     this.figure.mesh.receiveShadow = true;
     this.content.add(this.figure.mesh);
@@ -178,14 +211,22 @@ export class Stage {
       this.ghost.mesh.add(hull);
       this.content.add(this.ghost.mesh);
     }
-    this.path = new THREE.Group();
-    if (scene.trajectory?.length >= 4) {
-      const end = scene.trajectory.slice(-2);
-      const dot = new THREE.Mesh(new THREE.CircleGeometry(0.055, 32), new THREE.MeshBasicMaterial({ color: PATH }));
-      dot.position.set(end[0], end[1], 0.005);
-      this.path.add(ribbon(scene.trajectory, 0.018, 0.004, PATH, 0.95), dot);
-    }
-    this.content.add(this.path);
+    this.paths = [asked(scene)];
+    this.content.add(this.paths[0]);
+    const { side, width } = breadth(scene);
+    this.spread = side.multiplyScalar(-(width + APART));
+    this.others = others.map((other, index) => {
+      const place = new THREE.Group();
+      place.position.copy(this.spread).multiplyScalar(index + 1);
+      const figure = new Figure(this.bodies[other.body], clothed());
+      figure.mesh.castShadow = true;
+      const path = asked(other);
+      this.paths.push(path);
+      place.add(figure.mesh, path);
+      this.content.add(place);
+      place.updateMatrixWorld(true);
+      return { figure, scene: other };
+    });
     this.frame();
   }
 
@@ -199,8 +240,11 @@ export class Stage {
     this.anchor.copy(this.figure.bones[0].position);
     const height = Math.max(this.anchor.z, 0.9);
     const narrow = Math.max(1, 0.85 / this.camera.aspect);
-    this.controls.target.set(this.anchor.x, this.anchor.y, height * 0.9);
-    const away = new THREE.Vector3(Math.sin(heading), -Math.cos(heading), 0.26).multiplyScalar(4.5 * narrow * height / 0.92);
+    // In the middle of all that stand side by side, far enough away to see them.
+    const middle = this.spread.clone().multiplyScalar(this.others.length / 2);
+    this.controls.target.set(this.anchor.x + middle.x, this.anchor.y + middle.y, height * 0.9);
+    const distance = 4.5 * narrow * (height / 0.92) + 1.4 * middle.length();
+    const away = new THREE.Vector3(Math.sin(heading), -Math.cos(heading), 0.26).multiplyScalar(distance);
     this.camera.position.copy(this.controls.target).add(away);
     this.key.position.copy(away).applyAxisAngle(this.camera.up, -0.7).setZ(0).normalize().multiplyScalar(3).setZ(5.2);
     this.light = this.key.position.clone();
@@ -210,6 +254,7 @@ export class Stage {
 
   draw(time) {
     this.figure.pose(this.scene, time);
+    for (const other of this.others) other.figure.pose(other.scene, time);
     const root = this.figure.bones[0].position;
     if (this.follow) {
       const shift = new THREE.Vector3(root.x - this.anchor.x, root.y - this.anchor.y, 0);
@@ -224,7 +269,7 @@ export class Stage {
     for (const layer of [this.floor, this.shade]) layer.position.set(root.x, root.y, 0);
     this.floor.material.uniforms.center.value.set(root.x, root.y);
     if (this.ghost) this.ghost.mesh.visible = this.options.ghost;
-    this.path.visible = this.options.path;
+    for (const path of this.paths) path.visible = this.options.path;
     this.controls.update();
     this.renderer.render(this.world, this.camera);
   }
