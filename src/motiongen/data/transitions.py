@@ -18,7 +18,7 @@ from motiongen.motion.transition import smooth_seam
 
 FADE = (8, 25)
 """Least and most frames within which a clip is its own again."""
-DRIFT_ANGLE, DRIFT_HEIGHT = 0.1, 0.1
+DRIFT_ANGLE, DRIFT_HEIGHT = 0.25, 0.1
 """Standard deviations of the largest drift: radians of a joint's rotation, metres of the pelvis' height."""
 
 
