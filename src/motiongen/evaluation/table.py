@@ -51,7 +51,7 @@ def metric_rows(evaluation: Evaluation) -> list[dict[str, str]]:
     for name, system in evaluation.systems.items():
         row = {"system": name}
         for metric, (heading, decimals) in HEADINGS.items():
-            row[heading] = _text(system.estimate(metric), decimals)
+            row[heading] = estimate_text(system.estimate(metric), decimals)
             if metric == "fid":
                 row["N"] = str(evaluation.real_fid_count if name == REAL else system.count)
         rows.append(row)
@@ -62,7 +62,7 @@ def further_rows(evaluation: Evaluation) -> list[dict[str, str]]:
     """One row a metric of FURTHER, one column a system, real clips first."""
     return [
         {"metric": heading}
-        | {name: _text(system.estimate(metric), decimals) for name, system in evaluation.systems.items()}
+        | {name: estimate_text(system.estimate(metric), decimals) for name, system in evaluation.systems.items()}
         for metric, (heading, decimals) in FURTHER.items()
     ]
 
@@ -77,7 +77,7 @@ def training_rows(evaluation: Evaluation, groups: Mapping[str, Sequence[str]]) -
         row = {"composition": group, "trainings": str(len(names))}
         for metric, (heading, decimals) in (HEADINGS | FURTHER).items():
             means = tuple(evaluation.systems[name].estimate(metric).mean for name in names)
-            row[heading] = _text(Estimate.of(means), decimals)
+            row[heading] = estimate_text(Estimate.of(means), decimals)
         rows.append(row)
     return rows
 
@@ -198,7 +198,8 @@ def disagreements(one: Evaluation, other: Evaluation) -> list[str]:
     return found
 
 
-def _text(estimate: Estimate, decimals: int) -> str:
+def estimate_text(estimate: Estimate, decimals: int) -> str:
+    """`mean ± interval`, or a dash for what could not be measured."""
     if math.isnan(estimate.mean):
         return "-"
     mean = f"{estimate.mean:.{decimals}f}"

@@ -70,6 +70,12 @@ def _train_recognizer(config: DictConfig) -> None:
     run(config)
 
 
+def _report(config: DictConfig) -> None:
+    from motiongen.tasks.report import run
+
+    run(config)
+
+
 def _list(config: DictConfig) -> None:
     from motiongen.tasks.list import run
 
@@ -99,6 +105,7 @@ TASKS: dict[str, Task] = {
     ),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
+    "report": Task(_report, needs=("results",), answers=True),
     "list": Task(_list, answers=True),
     "compositions": Task(_compositions, answers=True),
 }
