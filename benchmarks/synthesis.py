@@ -2,9 +2,9 @@
 
     python benchmarks/synthesis.py [--batches 1 16 128] [--actions 20] [--frames 60] [--lengths 5 20 80] [--scale small]
 
-MARIONET as `scale` has it with its first weights, on random initial poses: nothing here depends on what it learned. Every
-batch is made in a process of its own, whose peak memory is printed beside that of one which only builds the generator.
-`OMP_NUM_THREADS` decides the threads.
+MARIONET as `scale` has it with its first weights, on random initial poses: nothing here depends on what it learned.
+Every batch is made in a process of its own, after one action that warms up; its peak memory is printed beside that of
+one which only builds the generator. `OMP_NUM_THREADS` decides the threads.
 """
 
 from __future__ import annotations
@@ -37,9 +37,12 @@ def measured(scale: str, batch: int, actions: int, frames: int) -> tuple[float, 
     poses = pack(torch.eye(3).expand(INITIAL_FRAMES, JOINTS, 3, 3), torch.tensor([0.0, 0.0, 0.9]).expand(6, 3))
     path = RecordedPath(torch.stack([torch.zeros(frames), -0.03 * torch.arange(1, frames + 1)], dim=-1))
     steps = [Step(torch.eye(TAGS)[number % TAGS], frames, path if number % 2 else None) for number in range(actions)]
+    generator.eval()
+    if batch:
+        synthesize(generator, [Plan(poses, steps[:1])], seed=0)
     start = time.perf_counter()
     if batch:
-        synthesize(generator.eval(), [Plan(poses, steps)] * batch, seed=0)
+        synthesize(generator, [Plan(poses, steps)] * batch, seed=0)
     taken = time.perf_counter() - start
     return taken, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
