@@ -52,7 +52,9 @@ def picture(title: str, axes: dict[str, np.ndarray]) -> Image.Image:
         corners = [end + 12 * SCALE * along, end + 6 * SCALE * side, end - 6 * SCALE * side]
         draw.polygon([tuple(map(float, corner)) for corner in corners], fill=COLORS[name])
         draw.text(tuple(end + 26 * SCALE * along), name, fill=COLORS[name], font=font, anchor="mm")
-    draw.text((width / 2, height - 18 * SCALE), title, fill="#1f2937", font=ImageFont.load_default(SCALE * 16), anchor="mm")
+    draw.text(
+        (width / 2, height - 18 * SCALE), title, fill="#1f2937", font=ImageFont.load_default(SCALE * 16), anchor="mm"
+    )
     return image.reduce(SCALE)
 
 
