@@ -55,7 +55,8 @@ def test_there_is_no_revision_outside_a_checkout(tmp_path: Path) -> None:
     package = tmp_path / "motiongen"
     source = Path(__file__).parents[2] / "src" / "motiongen"
     shutil.copytree(source / "tracking", package / "tracking")
-    shutil.copy(source / "files.py", package)
+    for module in ("files.py", "runs.py", "errors.py"):
+        shutil.copy(source / module, package)
     (package / "__init__.py").touch()
 
     def answer() -> str:
