@@ -16,6 +16,7 @@ COLUMN_COUNT = 3
 def draw_curves(path: Path, results: Mapping[str, LongResult]) -> None:
     """Write a PNG with one small diagram for every figure, one line a system; real clips are dashed."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     names = [name for name in HEADINGS if name in next(iter(results.values())).curves]
     rows = -(-len(names) // COLUMN_COUNT)
@@ -28,6 +29,7 @@ def draw_curves(path: Path, results: Mapping[str, LongResult]) -> None:
             axes.plot(range(1, len(curve) + 1), curve, dashes, label=system, linewidth=1.4)
         axes.set_title(HEADINGS[name], fontsize=10)
         axes.set_xlabel("place in the sequence", fontsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(alpha=0.3)
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8)
