@@ -20,7 +20,7 @@ WIDTH_STEP = 8
 LONGEST_RUN_NAME = 120
 SHOWN_ELSEWHERE = {
     *("task", "experiment", "name", "data", "scale", "seed"),
-    *("tracker", "cache", "run", "resume", "init", "data.source.root", "formats"),
+    *("tracker", "cache", "run", "runs", "motions", "resume", "init", "data.source.root", "formats"),
 }
 """Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
 

@@ -7,7 +7,14 @@ import torch
 
 from motiongen.evaluation.judgement import Judge
 from motiongen.evaluation.long_motion import Act, acts_of, judge_acts
-from motiongen.evaluation.long_results import curve_rows, long_rows, long_training_rows, summarized, to_json
+from motiongen.evaluation.long_results import (
+    curve_rows,
+    long_rows,
+    long_scalars,
+    long_training_rows,
+    summarized,
+    to_json,
+)
 from motiongen.motion.canonical import GroundFrame
 from motiongen.motion.skeleton import FEET
 from motiongen.recognition.recognizer import Recognizer, RecognizerOutput
@@ -102,4 +109,5 @@ def test_results_leave_the_first_action_out_but_for_curves():
     rows = long_training_rows({"a": result, "b": result}, {"both": ["a", "b"]})
     assert rows[0]["accuracy"] == "0.750 ± 0.000"
     assert next(row["figure"] for row in curve_rows({"a": result})) == "accuracy"
+    assert long_scalars({"mine-s0, pure": result})["mine-s0/pure/motion_qr"] == 0.5
     assert to_json(result)["figures"]["fid"]["low"] is None

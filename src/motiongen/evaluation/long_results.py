@@ -105,6 +105,16 @@ def long_training_rows(results: Mapping[str, LongResult], groups: Mapping[str, S
     return rows
 
 
+def long_scalars(results: Mapping[str, LongResult]) -> dict[str, float]:
+    """Flat names to numbers for a tracker: "marionette-s0/pure/accuracy". Finite values only."""
+    flat = {
+        f"{name.replace(', ', '/')}/{figure}": own.value
+        for name, result in results.items()
+        for figure, own in result.figures.items()
+    }
+    return {name: value for name, value in flat.items() if math.isfinite(value)}
+
+
 def to_json(result: LongResult) -> dict[str, Any]:
     """Plain values; None for what could not be measured."""
     return {

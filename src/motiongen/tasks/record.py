@@ -15,7 +15,14 @@ from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.curves import draw_curves
-from motiongen.evaluation.long_results import LongResult, curve_rows, long_rows, long_training_rows, to_json
+from motiongen.evaluation.long_results import (
+    LongResult,
+    curve_rows,
+    long_rows,
+    long_scalars,
+    long_training_rows,
+    to_json,
+)
 from motiongen.evaluation.results import REAL, Evaluation
 from motiongen.evaluation.table import (
     action_rows,
@@ -140,6 +147,7 @@ class Record:
             name = f"{prefix}{kind}"
             self._summary[f"{name}_long_motion"] = {system: to_json(result) for system, result in own.items()}
             parts += [f"Sequences: {name.replace('_', ' recognizer, ')}", markdown(long_rows(own))]
+            self.tracker.log_metrics({f"{name}/{key}": value for key, value in long_scalars(own).items()})
             self.tracker.log_table(f"{name}_long_motion", long_rows(own))
             self.tracker.log_table(f"{name}_curves", curve_rows(own))
             present = {group: [one for one in names if one in own] for group, names in groups.items()}
