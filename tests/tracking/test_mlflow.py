@@ -38,7 +38,8 @@ def test_a_run_holds_all_that_was_logged(uri: str, tmp_path: Path) -> None:
     kept.start("named", {"generator": {"width": 8, "long": "x" * 400}}, {"generator/encoder": "y"}, tmp_path)
     for step in range(3):
         kept.log_metrics({"loss": 1.0 / (step + 1), "odd": math.nan}, step)
-    kept.log_metrics({"fid": 2.5})
+    kept.log_metrics({"fid": 2.5, "marionette-data.draws=5-s0/fid": 3.5})
+    kept.log_table("actions_marionette-data.draws=5-s0", [{"action": "walk"}])
     kept.log_table("metrics", [{"system": "real", "fid": 0.1}, {"system": "generated", "fid": 2.5}])
     (tmp_path / "page.html").write_text("<p>moves</p>")
     kept.log_artifact(tmp_path / "page.html", "previews")
@@ -51,6 +52,7 @@ def test_a_run_holds_all_that_was_logged(uri: str, tmp_path: Path) -> None:
     assert run.data.params["generator.long"] == "x" * 250
     assert run.data.tags["generator/encoder"] == "y"
     assert run.data.metrics["fid"] == 2.5
+    assert run.data.metrics["marionette-data.draws:5-s0/fid"] == 3.5
     history = MlflowClient(uri).get_metric_history(run.info.run_id, "loss")
     assert [(metric.step, metric.value) for metric in history] == [(0, 1.0), (1, 0.5), (2, pytest.approx(1 / 3))]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 SQLITE = "sqlite:///"
 LONGEST_PARAM = 250
+NOT_IN_NAMES = re.compile(r"[^\w\-. :/]")
+"""What MLflow refuses in the name of a metric, such as the = of `data.draws=5` in that of a run."""
 PARAMS_A_REQUEST = 100
 METRICS_A_REQUEST = 1000
 SECONDS_BETWEEN_REQUESTS = 5.0
@@ -109,7 +112,8 @@ class MlflowTracker:
         from mlflow.entities import Metric
 
         now = int(time.time() * 1000)
-        self._waiting += [Metric(key, float(value), now, step or 0) for key, value in values.items()]
+        taken = {NOT_IN_NAMES.sub(":", key): float(value) for key, value in values.items()}
+        self._waiting += [Metric(key, value, now, step or 0) for key, value in taken.items()]
         if time.monotonic() - self._last_request > SECONDS_BETWEEN_REQUESTS:
             self._send()
 
