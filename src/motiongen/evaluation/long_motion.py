@@ -13,10 +13,9 @@ from motiongen.evaluation.judgement import Judge
 from motiongen.evaluation.metrics.motion import foot_skating, frozen_share
 from motiongen.evaluation.metrics.physics import peak_jerk
 from motiongen.evaluation.metrics.seams import pose_gap, velocity_gap
-from motiongen.motion.canonical import GroundFrame
 from motiongen.motion.kinematics import joint_positions
 from motiongen.motion.skeleton import FEET
-from motiongen.synthesis.pipeline import LongMotion, equal_parts
+from motiongen.synthesis.pipeline import LongMotion, canonical_parts
 
 SEAM_FRAMES = 6
 """Frames on either side of a seam within which its jerk is looked for."""
@@ -93,7 +92,12 @@ def judge_acts(acts: Sequence[Act], judge: Judge, longest: int) -> LongJudgement
 def _recognized(acts: Sequence[Act], judge: Judge, longest: int) -> tuple[Tensor, Tensor, Tensor]:
     """Logits (P, A) of the actions, features (Q, E) of their parts, and the parts' action index (Q,)."""
     owners, parts = zip(
-        *((owner, part) for owner, act in enumerate(acts) for part in _parts(act, longest)), strict=True
+        *(
+            (owner, part)
+            for owner, act in enumerate(acts)
+            for part in canonical_parts(act.before[-1], act.motion, longest)
+        ),
+        strict=True,
     )
     logits, features = [], []
     for first in range(0, len(parts), BATCH):
@@ -106,16 +110,6 @@ def _recognized(acts: Sequence[Act], judge: Judge, longest: int) -> tuple[Tensor
     total = torch.zeros(len(acts), every.shape[1], dtype=every.dtype).index_add(0, owner, every)
     index = torch.tensor([acts[number].index for number in owners])
     return total / torch.bincount(owner).unsqueeze(-1), torch.cat(features), index
-
-
-def _parts(act: Act, longest: int) -> Iterator[Tensor]:
-    """The action in windows, each in the canonical frame of the pose before it."""
-    whole = torch.cat([act.before[-1:], act.motion])
-    first = 0
-    for length in equal_parts(len(act.motion), longest):
-        window = whole[first : first + length + 1]
-        yield GroundFrame.of(window[0]).enter(window)[1:]
-        first += length
 
 
 def _values(acts: Sequence[Act], judge: Judge) -> dict[str, Tensor]:

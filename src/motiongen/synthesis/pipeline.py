@@ -213,3 +213,17 @@ def equal_parts(frames: int, longest: int) -> list[int]:
     """The fewest parts of at most `longest` frames, their lengths differing by one at the most."""
     parts = -(-frames // longest)
     return [frames // parts + (part < frames % parts) for part in range(parts)]
+
+
+def canonical_parts(before: Tensor, motion: Tensor, longest: int) -> Iterator[Tensor]:
+    """An action (T, 135) in the parts in which it is made, each in the canonical frame of the pose before it.
+
+    Args:
+        before: (135,) the pose before the action.
+        motion: the action, in the same frame of reference.
+        longest: frames of the longest part.
+    """
+    for length in equal_parts(len(motion), longest):
+        part, motion = motion[:length], motion[length:]
+        yield GroundFrame.of(before).enter(part)
+        before = part[-1]

@@ -8,10 +8,8 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
-from motiongen.data.clips import INITIAL_FRAMES
-from motiongen.motion.canonical import GroundFrame
 from motiongen.recognition.recognizer import Recognizer
-from motiongen.synthesis.pipeline import LongMotion, Step, equal_parts
+from motiongen.synthesis.pipeline import LongMotion, Step, canonical_parts
 
 
 def recognized(motion: LongMotion, steps: Sequence[Step], recognizer: Recognizer, longest: int) -> float:
@@ -32,9 +30,7 @@ def recognized(motion: LongMotion, steps: Sequence[Step], recognizer: Recognizer
 
 def _pieces(motion: LongMotion, steps: Sequence[Step], longest: int) -> Iterator[tuple[Tensor, Tensor, int]]:
     """(canonical frames, tags, number of the action) for every action, or part of one."""
-    for action, (step, first) in enumerate(zip(steps, motion.boundaries, strict=False)):
-        for length in equal_parts(step.frames, longest):
-            window = motion.features[first - INITIAL_FRAMES : first + length]
-            frame = GroundFrame.of(window[INITIAL_FRAMES - 1])
-            yield frame.enter(window)[INITIAL_FRAMES:], step.tags, action
-            first += length
+    spans = zip(steps, motion.boundaries, motion.boundaries[1:], strict=False)
+    for action, (step, start, stop) in enumerate(spans):
+        for part in canonical_parts(motion.features[start - 1], motion.features[start:stop], longest):
+            yield part, step.tags, action
