@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 import torch
@@ -27,7 +29,9 @@ def by_hand(tcn: ActionAgnosticTCN, motion: torch.Tensor, norm_after: int | None
         x = F.relu(F.conv1d(F.pad(x, (dilation, dilation)), layer.weight, layer.bias, dilation=dilation))
         if number == norm_after:
             x = nn.InstanceNorm1d(x.shape[1])(x)
-    pooled = x.mean(dim=2)[0]
+    bounds = [math.ceil(part * len(motion) / tcn.segments) for part in range(tcn.segments + 1)]
+    parts = [x[0, :, begin:end] for begin, end in pairwise(bounds)]
+    pooled = torch.cat([part.mean(dim=1) if part.shape[1] else torch.zeros(len(part)) for part in parts])
     return tcn.mean(pooled), tcn.log_variance(pooled)
 
 
@@ -41,6 +45,19 @@ def test_padded_motions_get_what_plain_layers_give_them_alone(norm_after):
         mean, log_variance = by_hand(tcn, data.motion[row, :length], norm_after)
         torch.testing.assert_close(posterior.mean[row], mean, atol=1e-5, rtol=1e-4)
         torch.testing.assert_close(posterior.log_variance[row], log_variance, atol=1e-5, rtol=1e-4)
+
+
+def test_the_code_tells_where_in_a_cycle_a_motion_begins_unless_one_mean_pools_all_of_it():
+    """Of eight cycles and the same half a cycle later, one mean differs by what the ends make of it alone."""
+    cycle = torch.arange(256 + 16) * 2 * torch.pi / 32
+    wave = torch.sin(cycle).unsqueeze(1) * torch.randn(DIMENSIONS.features, generator=torch.Generator().manual_seed(1))
+    motions = MotionBatch(torch.stack([wave[:256], wave[16:]]), batch((256, 256)).condition)
+
+    def difference(segments: int) -> torch.Tensor:
+        mean = encoder(segments=segments).posterior(motions).mean
+        return (mean[0] - mean[1]).norm() / mean.norm()
+
+    assert difference(16) > 5 * difference(1)
 
 
 def test_a_frame_sees_14_frames_back_and_ahead():

@@ -19,7 +19,7 @@ from tests.compositions import INITIAL_FRAMES, TAGS, WIDTH
 
 DIMENSIONS = Dimensions(FEATURES, TAGS, INITIAL_FRAMES, WIDTH)
 FILM = {"channels": 8, "graph_layers": 2, "candidates": 3, "temporal_layers": 2, "kernel": 3}
-TCN = {"layers": 6, "channels": 16, "kernel": 3, "normalize_after": 3}
+TCN = {"layers": 6, "channels": 16, "kernel": 3, "normalize_after": 3, "segments": 4}
 
 
 def um_cvae(interpolation: float = 0.0) -> StagedGenerator:
