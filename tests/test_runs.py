@@ -51,13 +51,6 @@ def test_training_from_a_run_takes_nothing_else_of_it(run: Path, monkeypatch: py
     assert completed(["+experiment=y", "init=null"]) == ["+experiment=y", "init=null"]
 
 
-def test_another_seed_leaves_the_split_that_a_run_was_trained_on(run: Path) -> None:
-    (run / "generator.pt").touch()
-    assert "data.seed=1" in completed(["task=synthesize", f"run={run}", "seed=7"])
-    assert "data.seed=1" not in completed(["task=synthesize", f"run={run}", "seed=7", "data.seed=3"])
-    assert not any(text.startswith("data.seed") for text in completed(["task=evaluate", f"run={run}"]))
-
-
 def test_a_run_by_its_generator_or_by_its_id_in_mlflow(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import hydra
 from hydra._internal.utils import get_args_parser
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from omegaconf import DictConfig
 
 from motiongen.configuration import HYDRA_VERSION_BASE, check, compose
@@ -17,6 +20,7 @@ from motiongen.discovery import core_conf, options
 from motiongen.errors import InputError, input_error
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import completed
+from motiongen.studies.naming import chosen_row
 from motiongen.tasks import TASKS
 from motiongen.usage import help_text
 
@@ -60,9 +64,22 @@ def _answered(arguments: list[str]) -> bool:
 
 def run_task(config: DictConfig) -> None:
     """What Hydra calls for every job. What is wrong with files or a composition is told without a trace."""
+    task = TASKS[config.task.name].run
     try:
-        TASKS[config.task.name].run(config)
+        if _is_row():
+            from motiongen.studies.rows import run_row
+
+            run_row(task, config, Path(HydraConfig.get().runtime.output_dir))
+        else:
+            task(config)
     except Exception as error:
         if cause := input_error(error):
             sys.exit(f"motiongen: {cause}")
         raise
+
+
+def _is_row() -> bool:
+    """Whether this job is one row of a study."""
+    if not HydraConfig.initialized() or HydraConfig.get().mode is not RunMode.MULTIRUN:
+        return False
+    return chosen_row(HydraConfig.get().runtime.choices) is not None

@@ -15,14 +15,18 @@ from typing import Any
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import Container, DictConfig, OmegaConf
 
+from motiongen.studies.naming import chosen_row, study_folder, swept_study
+
 WIDTH_STEP = 8
 """Widths stay multiples of this, so that attention heads divide them."""
 LONGEST_RUN_NAME = 120
 SHOWN_ELSEWHERE = {
     *("task", "experiment", "name", "data", "scale", "seed"),
     *("tracker", "cache", "run", "runs", "motions", "resume", "init", "data.source.root", "formats"),
+    *("study", "reuse", "retry_failed"),
 }
 """Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
+SHOWN_ELSEWHERE_BELOW = ("tracker.", "ablation/")
 
 
 def _factor(root: Container, name: str) -> float:
@@ -90,16 +94,44 @@ def run_name(*, _root_: Container) -> str:
     task = choices.get("task", "train")
     name = OmegaConf.select(_root_, "name")
     seed = OmegaConf.select(_root_, "seed")
+    if row := chosen_row(choices):
+        name = row.name
     parts = [str(part) for part in (name, None if task == "train" else task) if part]
     parts += [str(choices[group]) for group in ("data", "scale") if choices.get(group)]
     parts.append(f"s{seed}")
     for override in hydra.overrides.task:
         key, _, value = override.lstrip("+~").partition("=")
-        if key not in SHOWN_ELSEWHERE and not key.startswith("tracker."):
+        if key not in SHOWN_ELSEWHERE and not key.startswith(SHOWN_ELSEWHERE_BELOW):
             place = key.replace("/", ".").removeprefix("generator.")
             parts.append(f"{place}={value.strip('[]').replace(',', '+') or 'none'}")
     readable = re.sub(r"[^\w.=,+-]+", "_", "-".join(parts)).strip("_.")
     return readable[:LONGEST_RUN_NAME]
+
+
+def sweep_folder(otherwise: str, *, _root_: Container) -> str:
+    """Where the jobs of a multirun lie: those of a study in its folder, whenever they run, others in `otherwise`."""
+    hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    study = swept_study(hydra.overrides.task)
+    if study is None:
+        return otherwise
+    return str(study_folder(study, hydra.runtime.choices["data"], hydra.runtime.choices["scale"]))
+
+
+def sweep_subfolder(*, _root_: Container) -> str:
+    """Where one job lies in it: a row of a study by its name, another job by its number, too."""
+    hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    name = run_name(_root_=_root_)
+    return name if chosen_row(hydra.runtime.choices) else f"{hydra.job.num}-{name}"
+
+
+def row_folder(row: str, *, _root_: Container) -> str:
+    """Where another row of this study lies, with the same seed and the same changes."""
+    hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    own = chosen_row(hydra.runtime.choices)
+    if own is None:
+        raise ValueError(f"${{row_folder:{row}}} has a meaning in the rows of a study alone")
+    other = row + run_name(_root_=_root_).removeprefix(own.name)
+    return str(study_folder(own.study, hydra.runtime.choices["data"], hydra.runtime.choices["scale"]) / other)
 
 
 def current_run_name(config: DictConfig) -> str:
@@ -120,6 +152,9 @@ def register_resolvers() -> None:
         "learning_rate": scaled_learning_rate,
         "default_cache": default_cache,
         "run_name": run_name,
+        "row_folder": row_folder,
+        "sweep_folder": sweep_folder,
+        "sweep_subfolder": sweep_subfolder,
     }
     for name, resolver in resolvers.items():
         OmegaConf.register_new_resolver(name, resolver, replace=True)

@@ -65,18 +65,12 @@ def _resumed(arguments: list[str], folder: Path) -> list[str]:
 
 
 def _reopened(arguments: list[str], folder: Path) -> list[str]:
-    """The run's configuration, and what is typed now on top of it.
-
-    Another seed is that of what is done with the generator: the split of the data, by which it was trained, stays.
-    """
+    """The run's configuration, and what is typed now on top of it."""
     stored = stored_overrides(folder, "run")
     _require_generator(folder, "run")
     typed = _without(arguments, {"run"})
     again = {_key(text) for text in typed} | {"task", "run", "resume"}
     kept = _without(stored, again)
-    if "seed" in again and "data.seed" not in {_key(text) for text in (*kept, *typed)}:
-        seeds = [text.partition("=")[2] for text in stored if _key(text) == "seed"]
-        kept.append(f"data.seed={seeds[-1] if seeds else 0}")
     return [*kept, *typed, _override("run", folder)]
 
 

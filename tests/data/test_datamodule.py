@@ -22,6 +22,7 @@ ROWS = [
 def data(
     cache: Path,
     seed: int = 0,
+    split_seed: int = 0,
     max_frames: int = 60,
     draws: int = 1,
     min_frames: int = 20,
@@ -32,6 +33,7 @@ def data(
         source=ListedSource(ROWS, frozenset({"walk"})),
         cache=str(cache),
         seed=seed,
+        split_seed=split_seed,
         batch_size=4,
         max_frames=max_frames,
         min_frames=min_frames,
@@ -118,8 +120,9 @@ def test_test_batches_hold_all_test_windows_and_never_change(tmp_path: Path) -> 
 def test_the_fingerprint_tells_what_is_trained_and_tested_on(tmp_path: Path) -> None:
     prints = {data(tmp_path / str(index)).fingerprint for index in range(2)}
     assert len(prints) == 1
-    others = [data(tmp_path, seed=1), data(tmp_path, max_frames=50)]
+    others = [data(tmp_path, split_seed=1), data(tmp_path, max_frames=50)]
     assert len(prints | {other.fingerprint for other in others}) == 3
+    assert data(tmp_path, seed=1).fingerprint in prints, "another training sees other windows of the same clips"
     assert data(tmp_path, draws=2).fingerprint in prints, "the same windows may be drawn, only more often"
 
 

@@ -49,7 +49,7 @@ def test_a_rest_pose_that_all_takes_share_is_no_leak(tmp_path: Path) -> None:
 
 
 def test_a_generator_of_another_split_is_refused(tmp_path: Path) -> None:
-    own, other = (MotionData(source=ListedSource(corpus(30)), cache=str(tmp_path), seed=seed) for seed in (0, 1))
+    own, other = (MotionData(source=ListedSource(corpus(30)), cache=str(tmp_path), split_seed=seed) for seed in (0, 1))
     refuse_trained_clips(own.frames_of(own.split.train), own)
     with pytest.raises(LeakError, match=r"of take\d+ are a test clip, but the generator was trained on frames 0 to 59"):
         refuse_trained_clips(other.frames_of(other.split.train), own)

@@ -71,4 +71,4 @@ def _wave(time: Tensor, pace: float) -> Tensor:
 
 
 def three_actions(cache: Path, count: int = 10, seed: int = 0) -> MotionData:
-    return MotionData(source=ThreeActions(count=count), cache=str(cache), seed=seed, batch_size=4, max_frames=60)
+    return MotionData(source=ThreeActions(count=count), cache=str(cache), split_seed=seed, batch_size=4, max_frames=60)

@@ -21,7 +21,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path) -> None:
     runs = [untrained_run(place / name, name) for name in ("marionette", "actor")]
-    runs.append(untrained_run(place / "again", "marionette", "seed=3", "data.seed=0"))
+    runs.append(untrained_run(place / "again", "marionette", "seed=3"))
     listed = ",".join(map(str, runs))
     answer = motiongen(
         place, "task=compare", f"runs=[{listed}]", "recognizer@second_recognizer=gru", "hydra.run.dir=compared", *COMMON

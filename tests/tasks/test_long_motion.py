@@ -20,7 +20,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_corrections_of_several_trainings_in_one_table_under_two_recognizers(place: Path) -> None:
     runs = [untrained_run(place / "first", "marionette"), untrained_run(place / "actor", "actor")]
-    runs.append(untrained_run(place / "again", "marionette", "seed=3", "data.seed=0"))
+    runs.append(untrained_run(place / "again", "marionette", "seed=3"))
     listed = ",".join(map(str, runs))
     answer = motiongen(
         place,

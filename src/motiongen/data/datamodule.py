@@ -28,7 +28,8 @@ class MotionData:
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
     the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
     starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
-    Test clips are cut into consecutive windows once. Split, windows and batches follow from the seed and the epoch.
+    Test clips are cut into consecutive windows once. Windows and batches follow from the seed and the epoch.
+    The split and the hidden labels follow from `split_seed` alone, so that trainings with several seeds compare.
 
     The share `transitions` of the windows is made to begin from poses of other training clips, so that actions are seen
     to follow ones that they never followed when they were recorded, and to come back from drift.
@@ -47,6 +48,7 @@ class MotionData:
         source: Source,
         cache: str,
         seed: int = 0,
+        split_seed: int = 0,
         batch_size: PositiveInt = 30,
         max_frames: PositiveInt = 240,
         min_frames: PositiveInt = 20,
@@ -65,7 +67,7 @@ class MotionData:
         self.store = ClipStore.open(source, Path(cache))
         self.split = split(
             self.store,
-            seed,
+            split_seed,
             test_share=test_share,
             test_cap=test_cap,
             min_clips=min_clips,
@@ -79,7 +81,7 @@ class MotionData:
         self._shortest = min_frames if random_length else None
         self._beginnings = beginnings
         self._transitions = transitions
-        self._hidden = without_labels(self.store, self.split, hidden_labels, seed)
+        self._hidden = without_labels(self.store, self.split, hidden_labels, split_seed)
 
     @property
     def tags(self) -> tuple[str, ...]:
@@ -101,7 +103,7 @@ class MotionData:
         sides = [
             [(c.sequence, c.segment, c.start, c.stop) for c in side] for side in (self.split.train, self.split.test)
         ]
-        windows = [self._seed, self._max_frames, self._min_frames]
+        windows = [self._max_frames, self._min_frames]
         parts = [self.store.fingerprint, self.tags, sides, windows]
         return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 

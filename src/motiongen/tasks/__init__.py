@@ -105,7 +105,7 @@ TASKS: dict[str, Task] = {
     ),
     "prepare": Task(_prepare, ("scale", "data")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
-    "report": Task(_report, needs=("results",), answers=True),
+    "report": Task(_report, needs=("results|study",), answers=True),
     "list": Task(_list, answers=True),
     "compositions": Task(_compositions, answers=True),
 }

@@ -10,6 +10,7 @@ from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
 from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
@@ -36,6 +37,7 @@ from motiongen.evaluation.table import (
 )
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.resolvers import current_run_name
+from motiongen.studies.naming import chosen_row
 from motiongen.tracking.summary import circumstances, write_summary
 from motiongen.tracking.tags import choice_tags
 from motiongen.tracking.tracker import Tracker
@@ -62,9 +64,13 @@ class Record:
         self._started = time.monotonic()
         resolved: Any = OmegaConf.to_container(self._config, resolve=True)
         OmegaConf.save(resolved, self._folder / CONFIG_FILE)
-        tags = choice_tags(self._config, HydraConfig.get().runtime.choices) | {"seed": str(self._config.seed)}
+        hydra = HydraConfig.get()
+        tags = choice_tags(self._config, hydra.runtime.choices) | {"seed": str(self._config.seed)}
+        if row := chosen_row(hydra.runtime.choices):
+            tags |= {"study": row.study, "row": row.name}
         name = current_run_name(self._config)
-        self.tracker.start(name, resolved, tags, self._folder)
+        parent = Path(hydra.sweep.dir) if hydra.mode is RunMode.MULTIRUN else None
+        self.tracker.start(name, resolved, tags, self._folder, parent)
         self._summary = {"name": name, "seed": self._config.seed, "command": sys.argv[1:]}
         return self
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SQLITE = "sqlite:///"
 LONGEST_PARAM = 250
+PARENT = "mlflow.parentRunId"
+"""The tag by which the user interface shows one run below another."""
 NOT_IN_NAMES = re.compile(r"[^\w\-. :/]")
 """What MLflow refuses in the name of a metric, such as the = of `data.draws=5` in that of a run."""
 PARAMS_A_REQUEST = 100
@@ -50,7 +52,14 @@ class MlflowTracker:
         self._waiting: list[Metric] = []
         self._last_request = 0.0
 
-    def start(self, name: str, config: Mapping[str, Any], tags: Mapping[str, str], folder: Path | None = None) -> None:
+    def start(
+        self,
+        name: str,
+        config: Mapping[str, Any],
+        tags: Mapping[str, str],
+        folder: Path | None = None,
+        parent: Path | None = None,
+    ) -> None:
         os.environ.setdefault("MLFLOW_DISABLE_TELEMETRY", "true")
         for noisy in ("alembic", "mlflow.store.db.utils"):
             logging.getLogger(noisy).setLevel(logging.WARNING)
@@ -61,7 +70,8 @@ class MlflowTracker:
             self._experiment = self._experiment_id(self._client)
         self._run_id = self._continued(folder)
         if not self._run_id:
-            run = self._client.create_run(self._experiment, tags=dict(tags), run_name=name)
+            nested = {PARENT: run_id_in(parent)} if parent is not None and run_id_in(parent) else {}
+            run = self._client.create_run(self._experiment, tags=dict(tags) | nested, run_name=name)
             self._run_id = run.info.run_id
             self._log_params(flattened(config))
             self._client.log_dict(self._run_id, dict(config), "config.yaml")
@@ -86,9 +96,9 @@ class MlflowTracker:
         """The id of the run begun in this folder; empty if there is none, or this database does not know it."""
         from mlflow.exceptions import MlflowException
 
-        if folder is None or not (folder / RUN_ID_FILE).is_file():
+        run_id = run_id_in(folder) if folder is not None else ""
+        if not run_id:
             return ""
-        run_id = (folder / RUN_ID_FILE).read_text(encoding="utf-8").strip()
         try:
             self.client.update_run(run_id, status="RUNNING")
         except MlflowException:
@@ -144,6 +154,12 @@ class MlflowTracker:
         if self.uri.startswith("http"):
             return f"open {self.uri.rstrip('/')}{page}"
         return f"mlflow ui --backend-store-uri {self.uri}\nthen open http://localhost:5000{page}"
+
+
+def run_id_in(folder: Path) -> str:
+    """The id of the run that was begun in a folder; empty if there is none."""
+    file = folder / RUN_ID_FILE
+    return file.read_text(encoding="utf-8").strip() if file.is_file() else ""
 
 
 def flattened(config: Mapping[str, Any]) -> dict[str, str]:

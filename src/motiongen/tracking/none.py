@@ -13,7 +13,12 @@ class NoTracker:
     """Keeps nothing."""
 
     def start(
-        self, name: str, config: Mapping[str, Any], tags: Mapping[str, str], folder: Path | None = None
+        self,
+        name: str,
+        config: Mapping[str, Any],
+        tags: Mapping[str, str],
+        folder: Path | None = None,
+        parent: Path | None = None,
     ) -> None: ...
 
     def log_metrics(self, values: Mapping[str, float], step: int | None = None) -> None: ...

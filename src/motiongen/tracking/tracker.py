@@ -12,7 +12,14 @@ Status = Literal["FINISHED", "FAILED", "KILLED"]
 class Tracker(Protocol):
     """Keeps runs. Between `start` and `finish`, in the order of the calls."""
 
-    def start(self, name: str, config: Mapping[str, Any], tags: Mapping[str, str], folder: Path | None = None) -> None:
+    def start(
+        self,
+        name: str,
+        config: Mapping[str, Any],
+        tags: Mapping[str, str],
+        folder: Path | None = None,
+        parent: Path | None = None,
+    ) -> None:
         """Begins a run.
 
         Args:
@@ -20,6 +27,7 @@ class Tracker(Protocol):
             config: the resolved configuration.
             tags: what to search runs by.
             folder: the run's folder. A run that was begun with the same folder before, and was interrupted, goes on.
+            parent: the folder of the run that this one is a part of.
         """
         ...
 

@@ -1,0 +1,57 @@
+"""What happens before and after the rows of a study: the tracker's run that they belong to, and what became of them."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig
+
+from motiongen.studies.naming import swept_study
+
+
+class StudyCallback(Callback):
+    """Opens a study's run before its rows start, so that they find it, and sums up in the end.
+
+    Other multiruns are left alone.
+    """
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        study = swept_study(config.hydra.overrides.task)
+        if study is None:
+            return
+        from hydra.utils import instantiate
+
+        folder = Path(config.hydra.sweep.dir)
+        folder.mkdir(parents=True, exist_ok=True)
+        tracker = instantiate(config.tracker)
+        tracker.start(f"{study}-{folder.name}", {}, {"study": study}, folder)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        study = swept_study(config.hydra.overrides.task)
+        if study is None:
+            return
+        from hydra.utils import instantiate
+
+        from motiongen.studies.rows import failure, row_folders, state_of
+
+        folder = Path(config.hydra.sweep.dir)
+        states = {path: state_of(path) for path in row_folders(folder)}
+        counts = Counter(states.values())
+        tracker = instantiate(config.tracker)
+        tracker.start(f"{study}-{folder.name}", {}, {"study": study}, folder)
+        tracker.log_metrics({f"rows/{state}": float(counts[state]) for state in ("done", "failed", "unfinished")})
+        tracker.finish()
+        print(f"{study}: {counts['done']} rows and seeds done, in {folder}")
+        for path, state in states.items():
+            if state != "done":
+                print(f"- {path.name}: {failure(path) if state == 'failed' else 'unfinished'}")
+        data, scale = (config.hydra.runtime.choices[group] for group in ("data", "scale"))
+        print(f"The table: python -m motiongen task=report study={study} data={data} scale={scale}")
+        if counts["failed"]:
+            sys.exit(
+                f"motiongen: {counts['failed']} rows failed; the same command with retry_failed=true runs them again"
+            )

@@ -1,0 +1,51 @@
+"""Which study and which of its rows a command line speaks of, and where a study's rows lie.
+
+A row is a file `conf/ablation/<study>/<row>.yaml`, added with `+ablation/<study>=<row>`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motiongen.errors import InputError
+
+GROUP = "ablation/"
+STUDIES = Path("runs", "studies")
+
+
+class StudyError(InputError):
+    """A command line or a folder that is not that of a study."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a study's table."""
+
+    study: str
+    name: str
+
+
+def chosen_row(choices: Mapping[str, Any]) -> Row | None:
+    """The row among Hydra's choices (`hydra.runtime.choices`), if there is one.
+
+    Raises:
+        StudyError: rows of two studies.
+    """
+    rows = [Row(group.removeprefix(GROUP), str(name)) for group, name in choices.items() if group.startswith(GROUP)]
+    if len(rows) > 1:
+        raise StudyError(f"one study at a time: +{' +'.join(f'{GROUP}{row.study}={row.name}' for row in rows)}")
+    return rows[0] if rows else None
+
+
+def swept_study(overrides: Iterable[str]) -> str | None:
+    """The study whose rows the overrides of a command line add, swept or not."""
+    keys = (text.lstrip("+").partition("=")[0] for text in overrides)
+    return next((key.removeprefix(GROUP) for key in keys if key.startswith(GROUP)), None)
+
+
+def study_folder(study: str, data: str, scale: str) -> Path:
+    """Where the rows of a study on this data and scale lie, below the working folder."""
+    return STUDIES / study / f"{data}-{scale}"
