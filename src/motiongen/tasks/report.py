@@ -1,19 +1,70 @@
-"""`task=report results=[...]`: what earlier runs measured, side by side where it compares."""
+"""`task=report`: what earlier runs measured, side by side: those in `results=[...]`, or the rows of `study=...`."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from omegaconf import DictConfig
 
+from motiongen.discovery import options
 from motiongen.evaluation.stored import alike, read_result, result_rows
 from motiongen.evaluation.table import markdown
 from motiongen.runs import run_folder_of
+from motiongen.studies.naming import study_folder
 
 
 def run(config: DictConfig) -> None:
-    """Print a table for every group of results that were measured alike, and what the others differ in."""
+    """Print the table or tables."""
+    if config.study is not None:
+        report_study(config)
+    else:
+        report_runs(config)
+
+
+def report_runs(config: DictConfig) -> None:
+    """A table for every group of results that were measured alike, and what the others differ in."""
     groups = alike(read_result(run_folder_of(named)) for named in config.results)
     for number, group in enumerate(groups):
         if number:
             print(f"\nThese do not compare with those of {groups[0][0].name}:")
             print("\n".join(f"- {text}" for text in groups[0][0].differences(group[0])), end="\n\n")
         print(markdown(result_rows(group)))
+
+
+def report_study(config: DictConfig) -> None:
+    """The study's table as report.md, .csv, .tex and .html in its folder and in its run in MLflow.
+
+    Raises:
+        StudyError: nothing was measured, or not alike.
+    """
+    from motiongen.studies.plots import draw_rows
+    from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
+    from motiongen.studies.results import study_results
+    from motiongen.studies.table import study_table
+    from motiongen.tracking.mlflow import MlflowTracker
+
+    choices = config.hydra.runtime.choices
+    name = str(config.study.name)
+    folder = study_folder(name, choices["data"], choices["scale"])
+    table = study_table(study_results(config.tracker, name, folder), config.study, _title(name))
+    picture = folder / "report.png"
+    draw_rows(picture, table)
+    texts = {"md": as_markdown(table), "csv": as_csv(table), "tex": as_latex(table), "html": as_html(table, [picture])}
+    paths = [_written(folder / f"report.{ending}", text) for ending, text in texts.items()]
+    tracker = MlflowTracker(uri=config.tracker.uri, experiment=config.tracker.experiment)
+    tracker.start(f"{name}-{folder.name}", {}, {}, folder)
+    for path in (*paths, picture):
+        tracker.log_artifact(path)
+    tracker.finish()
+    print(texts["md"])
+    print(f"Written to {folder.absolute()}: {', '.join(path.name for path in (*paths, picture))}")
+    print(f"Browse the study: {tracker.how_to_open()}")
+
+
+def _title(study: str) -> str:
+    return next(option.description for option in options() if (option.group, option.name) == ("study", study))
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path

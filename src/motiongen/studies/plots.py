@@ -1,0 +1,42 @@
+"""A study's figures as a picture."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from motiongen.studies.table import StudyTable
+
+HEIGHT_OF_A_ROW = 0.4
+WIDTH_OF_A_METRIC = 3.4
+OURS, PAPER, REAL = "#1f5fa8", "#c0562a", "#555555"
+
+
+def draw_rows(path: Path, table: StudyTable) -> None:
+    """One panel a metric, one line a row: our mean with its interval; the paper's figure on a scale of its own."""
+    from matplotlib.figure import Figure
+
+    names = list(table.rows)
+    size = (1.8 + WIDTH_OF_A_METRIC * len(table.metrics), 1.6 + HEIGHT_OF_A_ROW * len(names))
+    figure = Figure(figsize=size, layout="constrained")
+    panels = figure.subplots(1, len(table.metrics), sharey=True, squeeze=False)[0]
+    places = range(len(names))
+    for panel, metric in zip(panels, table.metrics, strict=True):
+        cells = [table.rows[name][metric] for name in names]
+        means = [cell.ours.value for cell in cells]
+        halves = [0.0 if math.isnan(cell.ours.high) else cell.ours.high - cell.ours.value for cell in cells]
+        panel.errorbar(means, places, xerr=halves, fmt="o", color=OURS, capsize=3, label="here")
+        real = table.real[metric]
+        if real is not None:
+            panel.axvline(real, color=REAL, linestyle=":", label="real")
+        panel.set_xlabel(table.heading(metric), color=OURS)
+        panel.grid(axis="y", color="#eeeeee")
+        theirs = [(cell.published, place) for cell, place in zip(cells, places, strict=True)]
+        known = [(value, place) for value, place in theirs if value is not None]
+        if known:
+            other = panel.twiny()
+            other.plot(*zip(*known, strict=True), "D", color=PAPER, fillstyle="none")
+            other.set_xlabel(f"{table.heading(metric)}, paper", color=PAPER)
+    panels[0].set_yticks(list(places), [name.replace("_", " ") for name in names])
+    panels[0].invert_yaxis()
+    figure.savefig(path, dpi=120)

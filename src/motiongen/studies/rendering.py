@@ -1,0 +1,132 @@
+"""A study's table as Markdown, CSV, LaTeX and HTML."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import html
+import io
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from motiongen.evaluation.table import markdown
+from motiongen.studies.table import Cell, StudyTable, columns_published, interval_text
+
+LEGEND = (
+    "Means over trainings [95% interval by Student's t]. Bold: the best mean; =: not told from it by Welch's t-test at "
+    "5%. Diversity, multimodality and speed are best where they are nearest to the real clips'."
+)
+Style = Callable[[str, Cell], str]
+"""How a figure is marked as the best or as a tie."""
+
+
+def as_markdown(table: StudyTable) -> str:
+    """The table with all that has to be known to read it."""
+    columns, *lines = _grid(table, lambda text, cell: {"best": f"**{text}**", "tie": f"{text} ="}.get(cell.mark, text))
+    rows = [dict(zip(columns, line, strict=True)) for line in lines]
+    return "\n\n".join([f"# {table.study}: {table.title}", markdown(rows), *_remarks(table)]) + "\n"
+
+
+def as_csv(table: StudyTable) -> str:
+    """One line a row and metric: row, trainings, metric, mean, low, high, published, mark."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["row", "trainings", "metric", "mean", "low", "high", "published", "mark"])
+    for row, cells in table.rows.items():
+        for metric, cell in cells.items():
+            ours = cell.ours
+            published = "" if cell.published is None else cell.published
+            writer.writerow([row, table.trainings[row], metric, ours.value, ours.low, ours.high, published, cell.mark])
+    return text.getvalue()
+
+
+def as_latex(table: StudyTable) -> str:
+    """A `tabular` for the package booktabs."""
+
+    def style(text: str, cell: Cell) -> str:
+        return {"best": rf"\textbf{{{text}}}", "tie": rf"\underline{{{text}}}"}.get(cell.mark, text)
+
+    columns, *lines = _grid(table, style)
+    body = [" & ".join(_escaped(text) for text in line) + r" \\" for line in (columns, *lines)]
+    parts = [rf"\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}", r"\toprule", body[0], r"\midrule", *body[1:]]
+    return "\n".join([*parts, r"\bottomrule", r"\end{tabular}", f"% {LEGEND}", f"% {table.protocol}"]) + "\n"
+
+
+def as_html(table: StudyTable, pictures: Sequence[Path]) -> str:
+    """One page with the table and the pictures in it."""
+
+    def style(text: str, cell: Cell) -> str:
+        return {"best": f"<b>{text}</b>", "tie": f"{text} ="}.get(cell.mark, text)
+
+    columns, *lines = _grid(table, style)
+    head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
+    body = "\n".join(f"<tr>{''.join(f'<td>{text}</td>' for text in line)}</tr>" for line in lines)
+    remarks = "\n".join(f"<p>{html.escape(text)}</p>" for text in _remarks(table))
+    images = "\n".join(f'<img src="data:image/png;base64,{_base64(path)}" alt="{path.stem}">' for path in pictures)
+    return PAGE.format(
+        title=html.escape(f"{table.study}: {table.title}"), head=head, body=body, remarks=remarks, images=images
+    )
+
+
+def _grid(table: StudyTable, style: Style) -> list[list[str]]:
+    """Columns' headings, the line of the real clips, one line a row."""
+    published = columns_published(table)
+    columns, real = ["row", "trainings"], ["real", ""]
+    for metric in table.metrics:
+        value = table.real[metric]
+        columns.append(table.heading(metric))
+        real.append("-" if value is None else table.number(metric, value))
+        if metric in published:
+            columns.append(f"{table.heading(metric)}, paper")
+            real.append("")
+    lines = [columns, real]
+    for row, cells in table.rows.items():
+        line = [row.replace("_", " "), str(table.trainings[row])]
+        for metric, cell in cells.items():
+            line.append(style(interval_text(table, metric, cell.ours), cell))
+            if metric in published:
+                line.append("" if cell.published is None else f"{cell.published:g}")
+        lines.append(line)
+    return lines
+
+
+def _remarks(table: StudyTable) -> Iterable[str]:
+    yield LEGEND
+    yield table.protocol
+    if table.verdict():
+        yield table.verdict()
+    if table.unfinished:
+        yield f"Without a result: {'; '.join(table.unfinished)}."
+
+
+def _escaped(text: str) -> str:
+    return text.replace("%", r"\%").replace("_", r"\_").replace("³", "$^3$").replace("±", r"$\pm$")
+
+
+def _base64(path: Path) -> str:
+    return base64.b64encode(path.read_bytes()).decode("ascii")
+
+
+PAGE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<title>{title}</title>
+<style>
+body {{ font: 15px/1.5 system-ui, sans-serif; margin: 2rem; color: #222; }}
+table {{ border-collapse: collapse; }}
+th, td {{ padding: 0.3rem 0.7rem; border-bottom: 1px solid #ddd; text-align: right; }}
+th:first-child, td:first-child {{ text-align: left; }}
+img {{ max-width: 100%; }}
+p {{ max-width: 60rem; }}
+</style>
+<h1>{title}</h1>
+<table>
+<thead><tr>{head}</tr></thead>
+<tbody>
+{body}
+</tbody>
+</table>
+{remarks}
+{images}
+</html>
+"""

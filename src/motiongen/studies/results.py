@@ -1,0 +1,115 @@
+"""What the rows of a study measured, read back from MLflow."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omegaconf import DictConfig
+
+from motiongen.evaluation.results import REAL
+from motiongen.evaluation.stored import StoredResult, alike, read_result
+from motiongen.runs import SUMMARY_FILE
+from motiongen.studies.naming import StudyError
+from motiongen.tracking.mlflow import PARENT, run_id_in
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Run
+
+GENERATED = "generated"
+
+
+@dataclass(frozen=True)
+class StudyResults:
+    """The results of a study's rows, all measured alike."""
+
+    study: str
+    run_id: str
+    """Of the study in MLflow"""
+    rows: Mapping[str, tuple[StoredResult, ...]]
+    """Row to the results of its trainings, in the order of their seeds"""
+    unfinished: tuple[str, ...]
+    """Names of rows and seeds that have no result, with what became of them"""
+
+    def values(self, row: str, metric: str, system: str = GENERATED) -> tuple[float, ...]:
+        """A metric of every training of a row: the mean over its generation seeds. What was not measured is left out."""
+        means = (one.evaluation["systems"][system]["metrics"][metric]["mean"] for one in self.rows[row])
+        return tuple(mean for mean in means if mean is not None)
+
+    def real(self, metric: str) -> float | None:
+        """The metric of the real test clips."""
+        first = next(iter(self.rows))
+        return next(iter(self.values(first, metric, REAL)), None)
+
+
+def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults:
+    """Everything that was measured in the study whose folder this is.
+
+    Args:
+        tracker: the configuration of the tracker that the study was run with.
+        study: its name.
+        folder: where its rows lie.
+
+    Raises:
+        StudyError: nothing was measured, no MLflow tracker, or results that do not compare.
+    """
+    if tracker.get("uri") is None:
+        raise StudyError("report: a study's results are read from MLflow; tracker=none has none")
+    os.environ.setdefault("MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR", "false")
+    from mlflow import MlflowClient
+
+    parent = run_id_in(folder)
+    if not parent:
+        raise StudyError(f"report: {folder.absolute()} has no study; run it first: -m '+ablation/{study}=glob(*)'")
+    client = MlflowClient(tracker.uri)
+    finished: dict[str, dict[int, StoredResult]] = {}
+    unfinished: dict[str, str] = {}
+    for run in _children(client, tracker.experiment, parent):
+        name = str(run.info.run_name)
+        unfinished.pop(name, None)
+        if run.info.status == "FINISHED":
+            result = _result(client, run)
+            finished.setdefault(run.data.tags["row"], {})[int(run.data.tags["seed"])] = result
+        else:
+            unfinished[name] = str(run.info.status).lower()
+    if not finished:
+        raise StudyError(f"report: no row of {study} has finished in {tracker.uri}")
+    rows = {row: tuple(results[seed] for seed in sorted(results)) for row, results in sorted(finished.items())}
+    _require_alike(rows)
+    told = tuple(f"{name}: {status}" for name, status in unfinished.items())
+    return StudyResults(study, parent, rows, told)
+
+
+def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Run]:
+    """The runs of the rows, the oldest first."""
+    found = client.get_experiment_by_name(experiment)
+    token = None
+    while found is not None:
+        page = client.search_runs(
+            [found.experiment_id], f"tags.`{PARENT}` = '{parent}'", order_by=["start_time"], page_token=token
+        )
+        yield from page
+        token = page.token
+        if not token:
+            return
+
+
+def _result(client: MlflowClient, run: Run) -> StoredResult:
+    with tempfile.TemporaryDirectory() as folder:
+        client.download_artifacts(run.info.run_id, SUMMARY_FILE, folder)
+        return read_result(Path(folder))
+
+
+def _require_alike(rows: Mapping[str, tuple[StoredResult, ...]]) -> None:
+    groups = alike(result for results in rows.values() for result in results)
+    if len(groups) > 1:
+        differing = "\n".join(f"- {text}" for text in groups[0][0].differences(groups[1][0]))
+        raise StudyError(
+            f"report: {groups[0][0].name} and {groups[1][0].name} were not measured alike:\n{differing}\n"
+            "run the study again: rows whose configuration, data or code changed are run anew"
+        )

@@ -1,0 +1,137 @@
+"""A study's table: every row's figures over its trainings, beside the published ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from omegaconf import DictConfig
+
+from motiongen.evaluation.table import FURTHER, HEADINGS
+from motiongen.evaluation.uncertainty import Interval
+from motiongen.studies.naming import StudyError
+from motiongen.studies.results import StudyResults
+from motiongen.studies.statistics import best_and_ties, over_trainings, rank_agreement
+from motiongen.suggestions import did_you_mean
+
+KNOWN = HEADINGS | FURTHER
+Mark = Literal["best", "tie", ""]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One metric of one row."""
+
+    ours: Interval
+    """Over trainings"""
+    published: float | None
+    mark: Mark
+
+
+@dataclass(frozen=True)
+class StudyTable:
+    """What is printed, in whatever form."""
+
+    study: str
+    title: str
+    metrics: tuple[str, ...]
+    rows: Mapping[str, Mapping[str, Cell]]
+    """Row to metric to figures"""
+    trainings: Mapping[str, int]
+    real: Mapping[str, float | None]
+    """Metric to its value on the real test clips"""
+    source: str | None
+    """Where the published figures are from"""
+    agreement: Mapping[str, Interval]
+    """Metric to Kendall's tau with the published order"""
+    protocol: str
+    unfinished: tuple[str, ...]
+
+    def heading(self, metric: str) -> str:
+        """As people read it."""
+        return KNOWN[metric][0]
+
+    def number(self, metric: str, value: float) -> str:
+        """With the metric's decimals."""
+        return f"{value:.{KNOWN[metric][1]}f}"
+
+    def verdict(self) -> str:
+        """The agreement with the paper in one sentence; empty where nothing was published."""
+        parts = [
+            f"{self.heading(metric)} {tau.value:+.2f}" + (f" [{tau.low:+.2f}, {tau.high:+.2f}]" if _known(tau) else "")
+            for metric, tau in self.agreement.items()
+            if not math.isnan(tau.value)
+        ]
+        if not parts:
+            return ""
+        return f"Kendall's tau between this order of the rows and that of {self.source}: {', '.join(parts)}."
+
+
+def study_table(results: StudyResults, settings: DictConfig, title: str) -> StudyTable:
+    """The table of a study.
+
+    Args:
+        results: of its rows.
+        settings: `conf/study/<study>.yaml`: the metrics that it shows, and what was published.
+        title: what the study asks.
+
+    Raises:
+        StudyError: a metric that does not exist.
+    """
+    metrics = tuple(str(metric) for metric in settings.metrics)
+    for metric in metrics:
+        if metric not in KNOWN:
+            raise StudyError(f"study.metrics: there is no metric {metric!r}{did_you_mean(metric, KNOWN)}")
+    published: Mapping[str, Any] = settings.published.rows if settings.published else {}
+    # The study's file gives the order; rows that it does not name come behind.
+    order = [row for row in published if row in results.rows] + [row for row in results.rows if row not in published]
+    real = {metric: results.real(metric) for metric in metrics}
+    rows: dict[str, dict[str, Cell]] = {row: {} for row in order}
+    agreement = {}
+    for metric in metrics:
+        values = {row: results.values(row, metric) for row in order}
+        theirs = {row: float(figures[metric]) for row, figures in published.items() if metric in figures}
+        best, ties = best_and_ties(values, metric, real[metric])
+        for row in order:
+            mark: Mark = "best" if row == best else "tie" if row in ties else ""
+            rows[row][metric] = Cell(over_trainings(values[row]), theirs.get(row), mark)
+        if theirs:
+            agreement[metric] = rank_agreement(values, theirs)
+    trainings = {row: len(results.rows[row]) for row in order}
+    source = str(settings.published.source) if settings.published else None
+    protocol = _protocol(results)
+    return StudyTable(
+        results.study, title, metrics, rows, trainings, real, source, agreement, protocol, results.unfinished
+    )
+
+
+def _protocol(results: StudyResults) -> str:
+    """How all of it was measured."""
+    evaluation = next(iter(results.rows.values()))[0].evaluation
+    recognizer = evaluation["recognizer"]
+    return (
+        f"{evaluation['count']} test clips, {len(evaluation['seeds'])} generations of each; data "
+        f"{str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} {str(recognizer['fingerprint'])[:12]} knows "
+        f"{recognizer['test_accuracy']:.3f} of the real test clips."
+    )
+
+
+def _known(interval: Interval) -> bool:
+    return not math.isnan(interval.low)
+
+
+def interval_text(table: StudyTable, metric: str, interval: Interval) -> str:
+    """`0.370 [0.301, 0.439]`, without the ends where there is one training, a dash where there is none."""
+    if math.isnan(interval.value):
+        return "-"
+    text = table.number(metric, interval.value)
+    if _known(interval):
+        text += f" [{table.number(metric, interval.low)}, {table.number(metric, interval.high)}]"
+    return text
+
+
+def columns_published(table: StudyTable) -> Sequence[str]:
+    """The metrics that the paper gives for one of the rows."""
+    return [m for m in table.metrics if any(cells[m].published is not None for cells in table.rows.values())]
