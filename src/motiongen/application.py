@@ -63,7 +63,10 @@ def _answered(arguments: list[str]) -> bool:
 
 
 def run_task(config: DictConfig) -> None:
-    """What Hydra calls for every job. What is wrong with files or a composition is told without a trace."""
+    """What Hydra calls for every job. What is wrong with files or a composition is told without a trace.
+
+    A trial's error goes to its search, which has others to run.
+    """
     task = TASKS[config.task.name].run
     try:
         if _is_row():
@@ -73,7 +76,7 @@ def run_task(config: DictConfig) -> None:
         else:
             task(config)
     except Exception as error:
-        if cause := input_error(error):
+        if (cause := input_error(error)) and config.trial.number is None:
             sys.exit(f"motiongen: {cause}")
         raise
 

@@ -15,6 +15,7 @@ from typing import Any
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import Container, DictConfig, OmegaConf
 
+from motiongen.search.naming import SEARCH, search_folder, trial_folder
 from motiongen.studies.naming import chosen_row, study_folder, swept_study
 
 WIDTH_STEP = 8
@@ -23,10 +24,10 @@ LONGEST_RUN_NAME = 120
 SHOWN_ELSEWHERE = {
     *("task", "experiment", "name", "data", "scale", "seed"),
     *("tracker", "cache", "run", "runs", "motions", "resume", "init", "data.source.root", "formats"),
-    *("study", "reuse", "retry_failed"),
+    *("search", "study", "reuse", "retry_failed"),
 }
 """Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
-SHOWN_ELSEWHERE_BELOW = ("tracker.", "ablation/")
+SHOWN_ELSEWHERE_BELOW = ("tracker.", "ablation/", "trial.", "hydra")
 
 
 def _factor(root: Container, name: str) -> float:
@@ -109,8 +110,10 @@ def run_name(*, _root_: Container) -> str:
 
 
 def sweep_folder(otherwise: str, *, _root_: Container) -> str:
-    """Where the jobs of a multirun lie: those of a study in its folder, whenever they run, others in `otherwise`."""
+    """Where the jobs of a multirun lie: those of a study or a search in its own folder, whenever they run."""
     hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    if hydra.runtime.choices.get("hydra/sweeper") == SEARCH:
+        return str(search_folder(hydra.sweeper.name))
     study = swept_study(hydra.overrides.task)
     if study is None:
         return otherwise
@@ -118,8 +121,11 @@ def sweep_folder(otherwise: str, *, _root_: Container) -> str:
 
 
 def sweep_subfolder(*, _root_: Container) -> str:
-    """Where one job lies in it: a row of a study by its name, another job by its number, too."""
+    """Where one job lies in it: a trial by its number, a row of a study by its name, another job by both."""
     hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
+    number = OmegaConf.select(_root_, "trial.number")
+    if number is not None:
+        return trial_folder(number)
     name = run_name(_root_=_root_)
     return name if chosen_row(hydra.runtime.choices) else f"{hydra.job.num}-{name}"
 

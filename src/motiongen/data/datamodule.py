@@ -14,7 +14,7 @@ from torch.utils.data import DataLoader
 from motiongen.contracts import MotionBatch
 from motiongen.data.clips import INITIAL_FRAMES, DataError, Source, Span
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
-from motiongen.data.splits import Clip, all_clips, split, without_labels
+from motiongen.data.splits import Clip, all_clips, split, validation_split, without_labels
 from motiongen.data.store import ClipStore
 from motiongen.data.transitions import draw_transition
 from motiongen.errors import InputError
@@ -28,8 +28,11 @@ class MotionData:
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
     the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
     starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
-    Test clips are cut into consecutive windows once. Windows and batches follow from the seed and the epoch.
-    The split and the hidden labels follow from `split_seed` alone, so that trainings with several seeds compare.
+    Test clips are cut into consecutive windows once. Windows and batches follow from the seed and the epoch,
+    the split and the hidden labels from `split_seed` alone, so that trainings with several seeds compare.
+
+    With `validation_share`, that share of the training clips takes the place of the test clips, which are left out: for
+    choosing settings without a look at the test clips.
 
     The share `transitions` of the windows is made to begin from poses of other training clips, so that actions are seen
     to follow ones that they never followed when they were recorded, and to come back from drift.
@@ -52,6 +55,7 @@ class MotionData:
         batch_size: PositiveInt = 30,
         max_frames: PositiveInt = 240,
         min_frames: PositiveInt = 20,
+        validation_share: Share = 0.0,
         test_share: Share = 0.2,
         test_cap: PositiveInt = 100,
         min_clips: PositiveInt = 5,
@@ -73,6 +77,10 @@ class MotionData:
             min_clips=min_clips,
             min_frames=min_frames,
         )
+        if validation_share:
+            self.split = validation_split(
+                self.store, self.split, split_seed, share=validation_share, min_frames=min_frames
+            )
         self._seed = seed
         self._batch_size = batch_size
         self._max_frames = max_frames

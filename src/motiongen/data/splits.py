@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter, defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,12 +92,36 @@ def split(
     Raises:
         DataError: no tag can be on both sides.
     """
-    clips = all_clips(store, SPLIT_FRAMES)
+    chosen, tags, left_out = _tested_groups(
+        store, all_clips(store, SPLIT_FRAMES), seed, test_share, test_cap, min_clips
+    )
+    return _sides(store, all_clips(store, min_frames), chosen, tags, left_out, min_frames)
+
+
+def validation_split(store: ClipStore, split: Split, seed: int, *, share: float, min_frames: int) -> Split:
+    """A split of the training side alone: what is chosen by its test clips has not seen those of the data.
+
+    Args:
+        store: the clips.
+        split: whose training side is divided; its test clips are on neither side.
+        seed: decides among equals.
+        share: the share to validate with, 0 to 1.
+        min_frames: as in `split`.
+
+    Raises:
+        DataError: no tag can be on both sides.
+    """
+    chosen, tags, left_out = _tested_groups(store, split.train, seed, share, len(split.train), 2)
+    return _sides(store, split.train, chosen, tags, left_out, min_frames)
+
+
+def _tested_groups(
+    store: ClipStore, clips: Sequence[Clip], seed: int, share: float, cap: int, min_clips: int
+) -> tuple[set[str], tuple[str, ...], dict[str, str]]:
+    """The groups to test, the tags that are on both sides then, and those that are not, with the reason."""
     tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
     left_out: dict[str, str] = {}
-    tags: tuple[str, ...] = ()
-    chosen: set[str] | None = None
-    while chosen is None:
+    while True:
         count = {tag: sum(tag in own for own in tags_of) for tag in store.tags if tag not in left_out}
         rare = {tag: f"{number} clips, fewer than {min_clips}" for tag, number in count.items() if number < min_clips}
         left_out |= rare
@@ -109,12 +133,21 @@ def split(
             counted = tuple(tag for tag in own if tag in tags)
             if counted:
                 groups[store.sequences[clip.sequence].group].append(counted)
-        outcome = _choose(groups, tags, np.random.default_rng(seed), test_share, test_cap)
-        if isinstance(outcome, str):
-            left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
-        else:
-            chosen = outcome
-    kept = all_clips(store, min_frames)
+        outcome = _choose(groups, tags, np.random.default_rng(seed), share, cap)
+        if not isinstance(outcome, str):
+            return outcome, tags, left_out
+        left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
+
+
+def _sides(
+    store: ClipStore,
+    kept: Sequence[Clip],
+    chosen: set[str],
+    tags: tuple[str, ...],
+    left_out: dict[str, str],
+    min_frames: int,
+) -> Split:
+    """The clips on their sides."""
     tested = [clip for clip in kept if store.sequences[clip.sequence].group in chosen]
     trained = [clip for clip in kept if store.sequences[clip.sequence].group not in chosen]
     on_both = _tags(store, trained) & _tags(store, tested)

@@ -63,6 +63,7 @@ def fit(
     tracker: Tracker,
     *,
     resume: bool,
+    callbacks: Sequence[pl.Callback] = (),
 ) -> None:
     """Train to the end of the run.
 
@@ -72,6 +73,7 @@ def fit(
         trainer: `pytorch_lightning.Trainer` with the user's options bound.
         folder: where `last.ckpt` is written after every epoch, whole or not at all.
         tracker: gets the loss terms of every epoch.
+        callbacks: further ones.
         resume: continue from `last.ckpt`, to the same weights as an uninterrupted run.
     """
     checkpoint = ModelCheckpoint(
@@ -81,9 +83,8 @@ def fit(
         save_on_train_epoch_end=True,
         every_n_epochs=1,
     )
-    callbacks: Sequence[pl.Callback] = [ReportLosses(tracker), RunProgress(), checkpoint]
     options: dict[str, Any] = {
-        "callbacks": callbacks,
+        "callbacks": [ReportLosses(tracker), RunProgress(), checkpoint, *callbacks],
         "logger": False,
         "enable_progress_bar": False,
         "enable_model_summary": False,

@@ -37,7 +37,7 @@ class StudyResults:
     """Names of rows and seeds that have no result, with what became of them"""
 
     def values(self, row: str, metric: str, system: str = GENERATED) -> tuple[float, ...]:
-        """A metric of every training of a row: the mean over its generation seeds. What was not measured is left out."""
+        """A metric of every training of a row that measured it: the mean over its generation seeds."""
         means = (one.evaluation["systems"][system]["metrics"][metric]["mean"] for one in self.rows[row])
         return tuple(mean for mean in means if mean is not None)
 

@@ -38,7 +38,7 @@ from motiongen.evaluation.table import (
 from motiongen.recognition.recognizer import TrainedRecognizer
 from motiongen.resolvers import current_run_name
 from motiongen.studies.naming import chosen_row
-from motiongen.tracking.summary import circumstances, write_summary
+from motiongen.tracking.summary import LATENCY, circumstances, write_summary
 from motiongen.tracking.tags import choice_tags
 from motiongen.tracking.tracker import Tracker
 
@@ -167,6 +167,11 @@ class Record:
         path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         self.tracker.log_artifact(path)
         self._closing += parts
+
+    def latency(self, milliseconds: float) -> None:
+        """What a frame of a single motion costs."""
+        self._summary[LATENCY] = milliseconds
+        self.tracker.log_metrics({f"generated/{LATENCY}": milliseconds})
 
     def previews(self, page: Path, *pictures: Path) -> None:
         """Files to watch, in the tracker, too."""

@@ -15,6 +15,8 @@ from typing import Any
 from motiongen.files import replacing
 from motiongen.runs import SUMMARY_FILE
 
+LATENCY = "milliseconds_per_frame"
+"""What a frame of a single motion costs a generator."""
 VERSIONS_OF = ("motiongen", "torch", "pytorch-lightning", "numpy", "hydra-core", "mlflow")
 
 
