@@ -1,0 +1,28 @@
+from __future__ import annotations
+
+from motiongen.configuration import compose
+from motiongen.studies.identity import Identity, code_digest, configuration_digest, identity_of
+
+LINE = ["+experiment=actor", "scale=smoke"]
+
+
+def digest(*changes: str) -> str:
+    return configuration_digest(compose([*LINE, *changes]))
+
+
+def test_what_changes_no_result_changes_no_digest() -> None:
+    assert digest() == digest("cache=/elsewhere", "tracker=none", "retry_failed=true", "formats=[bvh]")
+
+
+def test_what_changes_a_result_does() -> None:
+    changes = ["seed=1", "generator.width=24", "objective.weights.kl=0.5", "evaluation.seeds=9", "data.draws=3"]
+    assert len({digest(), *map(digest, changes)}) == 1 + len(changes)
+
+
+def test_an_identity_tells_in_what_another_differs() -> None:
+    identity = identity_of(compose(LINE))
+    assert identity.differences(identity.to_json()) == []
+    assert identity.code == code_digest()
+    other = Identity(identity.configuration, identity_of(compose([*LINE, "data.source.sessions=9"])).data, "0")
+    assert other.differences(identity.to_json()) == ["data", "code"]
+    assert identity.differences({}) == ["configuration", "data", "code"]

@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+import pytest
+
+from motiongen.configuration import compose
+from motiongen.discovery import options
+from motiongen.studies.naming import Row, StudyError, chosen_row, swept_study
+
+STUDIES = {option.group.removeprefix("ablation/") for option in options() if option.group.startswith("ablation/")}
+
+
+def test_the_row_is_what_hydra_chose_in_the_studys_group() -> None:
+    config = compose(["+ablation/marionet_next_tag=without_next_tag", "scale=smoke"], with_hydra=True)
+    assert chosen_row(config.hydra.runtime.choices) == Row("marionet_next_tag", "without_next_tag")
+    assert config.generator.encoder.looks_ahead is False
+    assert chosen_row(compose(["+experiment=actor"], with_hydra=True).hydra.runtime.choices) is None
+
+
+def test_two_studies_at_a_time_are_refused() -> None:
+    with pytest.raises(StudyError, match="one study at a time"):
+        chosen_row({"ablation/one": "a", "ablation/two": "b", "data": "builtin"})
+
+
+def test_the_study_of_a_command_line_is_known_before_its_rows_are() -> None:
+    assert swept_study(["seed=0,1", "+ablation/systems=glob(*)"]) == "systems"
+    assert swept_study(["seed=0,1", "+experiment=actor"]) is None
+
+
+def test_every_study_says_what_its_table_shows_and_every_published_row_exists() -> None:
+    described = {option.name for option in options() if option.group == "study"}
+    assert described == STUDIES
+    for study in STUDIES:
+        rows = {option.name for option in options() if option.group == f"ablation/{study}"}
+        settings = compose([f"study={study}"]).study
+        assert settings.name == study
+        published = set(settings.published.rows) if settings.published else set()
+        assert published <= rows
+        assert len(rows) > 1

@@ -1,0 +1,89 @@
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import pytest
+from omegaconf import OmegaConf
+
+from motiongen.evaluation.stored import StoredResult
+from motiongen.evaluation.table import FURTHER, HEADINGS
+from motiongen.studies.naming import StudyError
+from motiongen.studies.plots import draw_rows
+from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
+from motiongen.studies.results import StudyResults
+from motiongen.studies.table import study_table
+
+FIDS = {"full": (0.5, 0.6), "without_part": (2.0, 2.2), "ours_alone": (0.52, 0.61)}
+SETTINGS = OmegaConf.create(
+    {
+        "name": "parts",
+        "metrics": ["fid", "accuracy"],
+        "published": {"source": "Paper, Table 2", "rows": {"full": {"fid": 1.1}, "without_part": {"fid": 3.3}}},
+    }
+)
+
+
+def result(fid: float) -> StoredResult:
+    metrics = {metric: {"mean": 0.9} for metric in HEADINGS | FURTHER}
+    systems = {"generated": {"metrics": {**metrics, "fid": {"mean": fid}}}, "real": {"metrics": metrics}}
+    evaluation = {
+        "systems": systems,
+        "count": 50,
+        "seeds": [0, 1],
+        "data_fingerprint": "d" * 64,
+        "recognizer": {"name": "Judge", "fingerprint": "f" * 64, "test_accuracy": 0.9},
+    }
+    return StoredResult("run", evaluation)
+
+
+RESULTS = StudyResults(
+    "parts", "id", {row: tuple(map(result, fids)) for row, fids in FIDS.items()}, ("broken-s0: failed",)
+)
+TABLE = study_table(RESULTS, SETTINGS, "what <parts> are worth")
+
+
+def test_markdown_shows_rows_in_the_papers_order_with_what_it_published() -> None:
+    lines = as_markdown(TABLE).splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| ")]
+    assert rows[0] == ["row", "trainings", "FID", "FID, paper", "accuracy"]
+    assert [row[0] for row in rows[2:]] == ["real", "full", "without part", "ours alone"]
+    assert rows[3][2].startswith("**0.550 [")
+    assert rows[3][3] == "1.1"
+    assert rows[5][2].endswith("=")
+    assert not rows[4][2].endswith("=")
+    text = "\n".join(lines)
+    assert "Kendall's tau between this order of the rows and that of Paper, Table 2: FID +1.00 [+1.00, +1.00]." in text
+    assert "Without a result: broken-s0: failed." in text
+
+
+def test_csv_has_every_number_and_reads_back() -> None:
+    rows = list(csv.DictReader(io.StringIO(as_csv(TABLE))))
+    assert len(rows) == len(FIDS) * 2
+    first = rows[0]
+    assert (first["row"], first["metric"], first["trainings"], first["mark"]) == ("full", "fid", "2", "best")
+    assert float(first["mean"]) == pytest.approx(0.55)
+    assert float(first["published"]) == 1.1
+
+
+def test_latex_marks_the_best_and_escapes() -> None:
+    text = as_latex(TABLE)
+    assert r"\textbf{0.550" in text
+    assert r"\underline{0.565" in text
+    body = text.split(r"\midrule")[1].split(r"\bottomrule")[0]
+    assert all(line.count("&") == 4 for line in body.strip().splitlines())
+
+
+def test_the_page_holds_its_picture_and_runs_nothing(tmp_path: Path) -> None:
+    draw_rows(tmp_path / "report.png", TABLE)
+    page = as_html(TABLE, [tmp_path / "report.png"])
+    assert "what &lt;parts&gt; are worth" in page
+    assert 'src="data:image/png;base64,iVBOR' in page
+    assert "<script" not in page
+    assert "http" not in page
+
+
+def test_a_metric_that_does_not_exist_is_named() -> None:
+    with pytest.raises(StudyError, match="no metric 'fidd'; did you mean 'fid'"):
+        study_table(RESULTS, OmegaConf.merge(SETTINGS, {"metrics": ["fidd"]}), "")
