@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 ENOUGH = 4
 """Finished trials below which nothing can be said about parameters."""
+SEARCH_ONLY = ("+search=", "hydra", "seed=", "data.validation_share=")
+"""Overrides that the search has, and not what is trained with its result."""
 _log = logging.getLogger(__name__)
 
 
@@ -70,12 +72,13 @@ def report(search: Search, trials: Sequence[FrozenTrial], base: Sequence[str]) -
     ]
     if rows:
         kind = "The Pareto set" if len(search.objectives) > 1 else "The best"
-        again = " ".join(_quoted(text) for text in (*base, *best[0].user_attrs[OVERRIDES]))
+        kept = [text for text in base if not text.startswith(SEARCH_ONLY)]
+        again = " ".join(_quoted(text) for text in (*kept, *best[0].user_attrs[OVERRIDES]))
         parts += [
             f"{kind} on the held-out clips, by {', '.join(f'{n} ({d})' for n, d in search.objectives.items())}:",
             markdown(rows),
             "The first of them with three seeds, judged on the test clips:",
-            f"    python -m motiongen -m {again} hydra/sweeper=basic data.validation_share=0 seed=0,1,2",
+            f"    python -m motiongen -m {again} seed=0,1,2",
         ]
     if failed:
         parts.append("\n".join(f"- trial {one.number} failed: {_line(one.user_attrs[REASON])}" for one in failed))
@@ -91,8 +94,8 @@ def draw_pareto(path: Path, search: Search, trials: Sequence[FrozenTrial]) -> No
     figure = Figure(figsize=(7, 5), layout="constrained")
     axes = figure.subplots()
     columns = list(zip(*(one.values for one in trials), strict=True))
-    colours = columns[2] if len(names) > 2 else None
-    points = axes.scatter(columns[0], columns[1], c=colours, cmap="viridis", s=30, label="trials")
+    colours = columns[2] if len(names) > 2 else ["#1f5fa8"] * len(trials)
+    points = axes.scatter(columns[0], columns[1], c=colours, s=30, label="trials")
     marked = [one for one in trials if one.number in best]
     axes.scatter(
         [one.values[0] for one in marked],
@@ -104,7 +107,7 @@ def draw_pareto(path: Path, search: Search, trials: Sequence[FrozenTrial]) -> No
     )
     for one in marked:
         axes.annotate(f" {one.number}", one.values[:2])
-    if colours is not None:
+    if len(names) > 2:
         figure.colorbar(points, label=names[2])
     axes.set_xlabel(f"{names[0]} ({search.objectives[names[0]]})")
     axes.set_ylabel(f"{names[1]} ({search.objectives[names[1]]})")

@@ -30,7 +30,7 @@ class Space:
 
     Args:
         sweeps: key or group to a sweep as Hydra's command line takes it: `choice(a, b)`, `range(1, 5)`,
-            `interval(0.1, 0.9)`, `tag(log, interval(1e-4, 1e-2))`. Between whole numbers, an interval has whole ones.
+            `interval(0.1, 0.9)`, `tag(log, interval(1e-4, 1e-2))`. Whole numbers are a range.
         bundles: choices whose options stand for several overrides.
 
     Raises:
@@ -77,10 +77,7 @@ def _distribution(key: str, text: str) -> BaseDistribution:
             return IntDistribution(values[0], values[-1], step=int(sweep.step))
         return FloatDistribution(values[0], values[-1], step=float(sweep.step))
     if isinstance(sweep, IntervalSweep) and sweep.start is not None and sweep.end is not None:
-        log = LOGARITHMIC in sweep.tags
-        if isinstance(sweep.start, int) and isinstance(sweep.end, int):
-            return IntDistribution(sweep.start, sweep.end, log=log)
-        return FloatDistribution(float(sweep.start), float(sweep.end), log=log)
+        return FloatDistribution(float(sweep.start), float(sweep.end), log=LOGARITHMIC in sweep.tags)
     raise SpaceError(f"hydra.sweeper.space.{key}={text}: takes choice(...), range(...) or interval(...)")
 
 

@@ -34,6 +34,7 @@ def open_storage(place: str) -> BaseStorage:
     from optuna.exceptions import StorageInternalError
     from optuna.storages import JournalStorage, RDBStorage
     from optuna.storages.journal import JournalFileBackend
+    from sqlalchemy.exc import SQLAlchemyError
 
     try:
         if "://" in place:
@@ -41,7 +42,7 @@ def open_storage(place: str) -> BaseStorage:
             return RDBStorage(place, engine_kwargs=wait)
         Path(place).parent.mkdir(parents=True, exist_ok=True)
         return JournalStorage(JournalFileBackend(place))
-    except (OSError, ImportError, ValueError, StorageInternalError) as error:
+    except (OSError, ImportError, SQLAlchemyError, StorageInternalError) as error:
         raise StorageError(f"hydra.sweeper.storage={place}: cannot be opened: {error}") from error
 
 
