@@ -7,7 +7,7 @@ import torch.nn.functional as F
 from torch import Tensor, nn
 
 from motiongen.contracts import CompositionError, Dimensions
-from motiongen.generation.pooling import segment_means
+from motiongen.generation.pooling import masked_mean
 from motiongen.generation.temporal_convolution import TemporalConvolution, dilation_of
 from motiongen.motion.skeleton import JOINTS, PARENTS
 from motiongen.options import PositiveInt
@@ -27,7 +27,7 @@ class ActionAwareEncoder(nn.Module):
     """Motion and label to spatio-temporal features f_st.
 
     The label, linearly embedded, joins the joints as one more (label-motion fusion). Graph convolutions mix the nodes
-    of every frame, temporal convolutions the frames; the means of equal parts of the motion are f_st.
+    of every frame, temporal convolutions the frames, and the mean over time is f_st.
 
     Args:
         channels: features of a node between the graph convolutions.
@@ -35,7 +35,6 @@ class ActionAwareEncoder(nn.Module):
         candidates: adjacency matrices that each of them blends.
         temporal_layers: temporal convolutions, with dilations 1, 2, 4, repeated.
         kernel: frames of their kernels.
-        segments: parts of the motion whose means are kept; one mean of all of it knows no phase of a step or wave.
 
     Raises:
         CompositionError: the pose is not the same count of numbers for each joint and a position.
@@ -50,11 +49,8 @@ class ActionAwareEncoder(nn.Module):
         candidates: PositiveInt,
         temporal_layers: PositiveInt,
         kernel: PositiveInt,
-        segments: PositiveInt,
     ) -> None:
         super().__init__()
-        self.segments = segments
-        self.width = segments * dimensions.width
         joint, rest = divmod(dimensions.features - 3, JOINTS)
         if rest:
             raise CompositionError(
@@ -75,14 +71,14 @@ class ActionAwareEncoder(nn.Module):
         )
 
     def forward(self, motion: Tensor, tags: Tensor, mask: Tensor) -> Tensor:
-        """Motion (B, T, F) and tags (B, A) under mask (B, T) to f_st (B, segments D)."""
+        """Motion (B, T, F) and tags (B, A) under mask (B, T) to f_st (B, D)."""
         nodes = self.fuse(motion, tags)
         for graph in self.spatial:
             nodes = F.relu(graph(nodes, mask))
         frames = nodes.flatten(2)
         for convolution in self.temporal:
             frames = convolution(frames, mask)
-        return segment_means(frames, mask, self.segments)
+        return masked_mean(frames, mask)
 
     def fuse(self, motion: Tensor, tags: Tensor) -> Tensor:
         """Label-motion fusion: (B, T, F) and (B, A) to the nodes (B, T, 24, features of a joint)."""

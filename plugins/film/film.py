@@ -24,7 +24,7 @@ class FiLM(Conditioning):
 
     Args:
         interpolation: how far two of the action's entries may be mixed in use, 0 (one of them as it is) to 1.
-        channels, graph_layers, candidates, temporal_layers, kernel, segments: of the action-aware encoder.
+        channels, graph_layers, candidates, temporal_layers, kernel: of the action-aware encoder.
 
     Raises:
         CompositionError: poses that the action-aware encoder cannot take apart into joints.
@@ -43,7 +43,6 @@ class FiLM(Conditioning):
         candidates: PositiveInt,
         temporal_layers: PositiveInt,
         kernel: PositiveInt,
-        segments: PositiveInt,
     ) -> None:
         super().__init__()
         self.interpolation = interpolation
@@ -55,9 +54,8 @@ class FiLM(Conditioning):
             candidates=candidates,
             temporal_layers=temporal_layers,
             kernel=kernel,
-            segments=segments,
         )
-        self.modulation = nn.Linear(self.encoder.width, 2 * dimensions.width)
+        self.modulation = nn.Linear(dimensions.width, 2 * dimensions.width)
         # gamma starts around 1 (Perez et al. 2018, section 7.2): near 0 it would switch the code off.
         nn.init.ones_(self.modulation.bias[: dimensions.width])
         self.bank = FilmBank(dimensions.tags, 2 * dimensions.width)

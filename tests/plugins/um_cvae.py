@@ -18,7 +18,7 @@ from motiongen_plugins.linear_time.linear_time import LinearTime
 from tests.compositions import INITIAL_FRAMES, TAGS, WIDTH
 
 DIMENSIONS = Dimensions(FEATURES, TAGS, INITIAL_FRAMES, WIDTH)
-FILM = {"channels": 8, "graph_layers": 2, "candidates": 3, "temporal_layers": 2, "kernel": 3, "segments": 4}
+FILM = {"channels": 8, "graph_layers": 2, "candidates": 3, "temporal_layers": 2, "kernel": 3}
 TCN = {"layers": 6, "channels": 16, "kernel": 3, "normalize_after": 3, "segments": 4}
 
 
