@@ -38,7 +38,7 @@ class Effort:
     """Tiny sizes, two rounds: shows that everything runs, and measures nothing."""
     rounds: int = 9
     """At most so many calls of every way."""
-    budget: float = 12.0
+    budget: float = 8.0
     """Seconds after which a comparison begins no other round, once it has two."""
 
     def size(self, full: int, tiny: int) -> int:

@@ -13,4 +13,5 @@ ROWS = (
     "lengths",
     "long_motion",
     "profiles",
+    "compiled",
 )

@@ -107,7 +107,7 @@ def measure(effort: Effort) -> list[Result]:
                     floor=floor(steps[precision], effort, dtype),
                 )
             )
-    for way, name in (("reference", "reference"), ("32", "ours, float32"), ("bf16", "ours, bfloat16")):
+    for way, name in (("reference", "reference"), ("32", "ours, float32")):
         found.append(
             Figure(f"memory of a step with vertex loss, {name}", peak_mebibytes(effort, one_step, way, effort), "MiB")
         )

@@ -38,7 +38,7 @@ def making(batch: int, actions: int, frames: int, scale: str) -> Callable[[], ob
 
 def measure(effort: Effort) -> list[Result]:
     scale, frames, actions = "smoke" if effort.quick else "small", effort.size(60, 4), effort.size(20, 2)
-    lengths = [1, 2] if effort.quick else [5, 20, 80]
+    lengths = [1, 2] if effort.quick else [5, 20, 60]
     batches = [1, 2] if effort.quick else [1, 16, 64]
     by_length = {str(count): making(1, count, frames, scale) for count in lengths}
     taken = interleaved(by_length, effort)

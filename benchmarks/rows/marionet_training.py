@@ -74,7 +74,7 @@ def _masked(error: Tensor, mask: Tensor) -> Tensor:
 
 def measure(effort: Effort) -> list[Result]:
     generator, objective = composition("marionette", effort)
-    size, epoch = effort.size(30, 3), effort.size(120, 6)
+    size, epoch = effort.size(30, 3), effort.size(90, 6)
     longest = effort.size(150, 8)
     rng = np.random.default_rng(0)
     lengths = rng.integers(effort.size(20, 2), longest, epoch, endpoint=True)
