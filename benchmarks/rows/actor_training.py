@@ -64,8 +64,11 @@ def step(loss: Callable[[], Tensor], optimizer: torch.optim.Optimizer) -> None:
     optimizer.step()
 
 
-def ways(vertices: bool, effort: Effort) -> tuple[dict[str, Callable[[], None]], dict[str, float]]:
-    """The steps by name, and how far each of our losses is from the reference's."""
+Losses = dict[str, Callable[[], Tensor]]
+
+
+def losses(vertices: bool, effort: Effort) -> tuple[PlainActor, GeneratorModule, Losses]:
+    """Both models, of the same weights and without dropout, and the loss of each way."""
     generator, _ = composition("actor", effort)
     skinned = body(effort.size(SMPL_VERTICES, 50))
     batch = motion_batch([effort.size(60, 5)] * effort.size(20, 3))
@@ -74,27 +77,34 @@ def ways(vertices: bool, effort: Effort) -> tuple[dict[str, Callable[[], None]],
     objective = Objective(quantities=quantities, weights=weights, velocity=0.0, first_pass=0.1, last_pass=0.9)
     noise = torch.randn(len(batch.motion), generator.dimensions.width, generator=torch.Generator().manual_seed(0))
     model = PlainActor(generator.eval())
-    plain = partial(plain_loss, model, batch, noise, skinned if vertices else None)
-    ours = {name: partial(our_loss, generator, objective, batch, skinned, name == "bf16") for name in PRECISIONS}
-    errors = {name: relative_error(loss(), plain()) for name, loss in ours.items()}
-    generator.train()
-    model.train()
-    plain_optimizer = torch.optim.AdamW(model.parameters(), lr=1e-4)
-    optimizer = torch.optim.AdamW(generator.parameters(), lr=1e-4)
-    steps = {"reference": partial(step, plain, plain_optimizer)}
-    return steps | {name: partial(step, loss, optimizer) for name, loss in ours.items()}, errors
+    found: Losses = {"reference": partial(plain_loss, model, batch, noise, skinned if vertices else None)}
+    for name in PRECISIONS:
+        found[name] = partial(our_loss, generator, objective, batch, skinned, name == "bf16")
+    return model, generator, found
+
+
+def steps(model: PlainActor, generator: GeneratorModule, found: Losses) -> dict[str, Callable[[], None]]:
+    """A training step of each way, with dropout."""
+    plain_optimizer = torch.optim.AdamW(model.train().parameters(), lr=1e-4)
+    optimizer = torch.optim.AdamW(generator.train().parameters(), lr=1e-4)
+    return {
+        name: partial(step, loss, plain_optimizer if name == "reference" else optimizer) for name, loss in found.items()
+    }
 
 
 def one_step(way: str, effort: Effort) -> Callable[[], None]:
-    """For a process of its own, whose memory is looked at."""
-    return ways(True, effort)[0][way]
+    """For a process of its own, whose memory is looked at; nothing ran in it before."""
+    return steps(*losses(True, effort))[way]
 
 
 def measure(effort: Effort) -> list[Result]:
     found: list[Result] = []
     for vertices in (True, False):
-        steps, errors = ways(vertices, effort)
-        taken = interleaved(steps, effort)
+        model, generator, found_losses = losses(vertices, effort)
+        expected = found_losses["reference"]()
+        errors = {precision: relative_error(found_losses[precision](), expected) for precision in PRECISIONS}
+        calls = steps(model, generator, found_losses)
+        taken = interleaved(calls, effort)
         for precision, (name, dtype, tolerance) in PRECISIONS.items():
             found.append(
                 Comparison(
@@ -104,7 +114,7 @@ def measure(effort: Effort) -> list[Result]:
                     error=errors[precision],
                     tolerance=tolerance,
                     target=TARGETS[vertices, precision],
-                    floor=floor(steps[precision], effort, dtype),
+                    floor=floor(calls[precision], effort, dtype),
                 )
             )
     for way, name in (("reference", "reference"), ("32", "ours, float32")):

@@ -28,7 +28,7 @@ def measure(effort: Effort) -> list[Result]:
             step, partial(our_loss, generator, objective, batch, body(1), False, 0.5), optimizer
         ),
         "MARIONET generation, batch 1": partial(generator.generate, one, 0),
-        "ACTOR training, vertex loss": actor_training.ways(True, effort)[0]["32"],
+        "ACTOR training, vertex loss": actor_training.one_step("32", effort),
     }
     return [figure for name, call in calls.items() for figure in _shares(name, call)]
 
