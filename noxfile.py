@@ -54,3 +54,11 @@ def types(session: nox.Session) -> None:
     """Check the types of the core and of the built-in plugins."""
     install(session, "dev")
     session.run("mypy")
+
+
+@nox.session
+def benchmarks(session: nox.Session) -> None:
+    """Measure against plain reference code and write docs/performance.md; row names measure those and write no page."""
+    install(session, "dev")
+    everything = ("--page", "docs/performance.md", "--tracker", "mlflow")
+    session.run("python", "-m", "benchmarks", *(session.posargs or everything))

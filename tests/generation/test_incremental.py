@@ -30,3 +30,12 @@ def test_pre_norm_layers_are_refused():
     layer = nn.TransformerDecoderLayer(16, 4, 32, batch_first=True, norm_first=True)
     with pytest.raises(ValueError, match="post-norm"):
         IncrementalDecoder([layer], torch.zeros(1, 1, 16), torch.ones(1, 1, dtype=torch.bool), frames=1)
+
+
+def test_a_motion_without_any_valid_token_gives_numbers():
+    torch.manual_seed(0)
+    layer = nn.TransformerDecoderLayer(16, 4, 32, dropout=0.0, batch_first=True).eval()
+    mask = torch.tensor([[True, True], [False, False]])
+    with torch.inference_mode():
+        steps = IncrementalDecoder([layer], torch.randn(2, 2, 16), mask, frames=1)
+        assert steps.step(0, torch.randn(2, 16), torch.zeros(2, 16)).isfinite().all()

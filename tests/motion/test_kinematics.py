@@ -1,10 +1,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import roma
 import torch
 
-from motiongen.motion.kinematics import forward_kinematics, joint_positions
+from motiongen.motion.kinematics import forward_kinematics, global_rotations, joint_positions
 from motiongen.motion.representation import pack, unpack
 from motiongen.motion.skeleton import PARENTS
 from tests.compositions import skeleton
@@ -53,3 +54,25 @@ def test_gradients_flow_to_every_rotation():
     for joint in range(22):
         moved = features.grad[:, 6 * joint : 6 * joint + 6].abs().sum() > 0
         assert moved == (joint not in leaves), joint
+
+
+def test_gradient_against_products_of_matrices():
+    torch.manual_seed(0)
+    rotations = roma.random_rotmat((4, 22), dtype=torch.float64).requires_grad_()
+    weights = torch.randn(4, 22, 3, 3, dtype=torch.float64)
+    world = [rotations[:, 0]]
+    for joint, parent in enumerate(PARENTS[1:], start=1):
+        world.append(world[parent] @ rotations[:, joint])
+    (expected,) = torch.autograd.grad((torch.stack(world, dim=1) * weights).sum(), rotations)
+    (found,) = torch.autograd.grad((global_rotations(rotations) * weights).sum(), rotations)
+    torch.testing.assert_close(found, expected, atol=1e-12, rtol=0)
+
+
+@pytest.mark.parametrize("poses", [(), (0,), (2, 3)])
+def test_poses_of_any_shape(poses):
+    torch.manual_seed(0)
+    one = roma.random_rotmat(22)
+    world, positions = forward_kinematics(one.expand(*poses, 22, 3, 3), torch.ones(*poses, 3), skeleton())
+    world_of_one, positions_of_one = forward_kinematics(one, torch.ones(3), skeleton())
+    assert torch.equal(world, world_of_one.expand(*poses, 22, 3, 3))
+    assert torch.equal(positions, positions_of_one.expand(*poses, 22, 3))

@@ -17,7 +17,7 @@ from motiongen.motion.representation import TRANSLATION, pack, unpack
 from motiongen.motion.skeleton import JOINTS, Skeleton
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.terms import squared_error, velocity_error
-from motiongen.objectives.vertices import Vertices, vertex_factor
+from motiongen.objectives.vertices import TOGETHER, DirectSkinning, Vertices, vertex_factor
 from tests.compositions import batch, skeleton
 from tests.motion.bodies.test_smpl import model, write
 
@@ -133,3 +133,10 @@ def test_an_objective_names_it_with_the_body_of_the_run() -> None:
     assert set(terms) == {"vertices", "vertices_velocity"}
     assert predicted.grad.isfinite().all()
     assert (predicted.grad[1, 3:] == 0).all()
+
+
+def test_direct_skinning_part_by_part_is_skinning_at_once():
+    body, features = makehuman(), motion(0, length=TOGETHER + 1)
+    rotations, position = unpack(features)
+    found = DirectSkinning(body)(rotations, position)
+    torch.testing.assert_close(found, body.vertices(rotations, position).flatten(-2))

@@ -19,7 +19,7 @@ def diversity(features: Tensor, generator: torch.Generator, pairs: int = 200) ->
         ValueError: fewer than two clips.
     """
     _require_clips(features)
-    return float(_pair_distances(features.double(), generator, pairs).mean())
+    return float(_pair_distances(features, torch.arange(len(features)), generator, pairs).mean())
 
 
 def expected_diversity(features: Tensor) -> float:
@@ -44,7 +44,7 @@ def multimodality(features: Tensor, tags: Tensor, generator: torch.Generator, pa
     over action categories"). Actions with fewer than two clips are left out. Unit: feature units. Range 0 to infinity;
     best near the value of real clips. NaN if every action is left out.
     """
-    distances = [_pair_distances(clips, generator, pairs).mean() for clips in _actions(features, tags)]
+    distances = [_pair_distances(features, clips, generator, pairs).mean() for clips in _actions(tags)]
     return float(torch.stack(distances).mean()) if distances else float("nan")
 
 
@@ -55,7 +55,7 @@ def expected_multimodality(features: Tensor, tags: Tensor) -> float:
     fewer than two clips are left out. Unit: feature units. Range 0 to infinity; best near the value of real clips. NaN
     if every action is left out. Source: the expectation of Guo et al. 2020, section 5.1.
     """
-    distances = [_mean_distance(clips) for clips in _actions(features, tags)]
+    distances = [_mean_distance(features[clips].double()) for clips in _actions(tags)]
     return float(torch.stack(distances).mean()) if distances else float("nan")
 
 
@@ -64,14 +64,16 @@ def _require_clips(features: Tensor) -> None:
         raise ValueError(f"diversity needs at least 2 clips, not {len(features)}")
 
 
-def _actions(features: Tensor, tags: Tensor) -> list[Tensor]:
-    """The clips, in float64, of every action that has at least two."""
-    return [features[column > 0].double() for column in tags.T if int((column > 0).sum()) >= 2]
+def _actions(tags: Tensor) -> list[Tensor]:
+    """The numbers of the clips of every action that has at least two."""
+    clips = [column.nonzero().squeeze(1) for column in (tags > 0).T]
+    return [numbers for numbers in clips if len(numbers) >= 2]
 
 
-def _pair_distances(features: Tensor, generator: torch.Generator, pairs: int) -> Tensor:
-    first, second = torch.randint(len(features), (2, pairs), generator=generator)
-    return (features[first] - features[second]).norm(dim=1)
+def _pair_distances(features: Tensor, clips: Tensor, generator: torch.Generator, pairs: int) -> Tensor:
+    """Distances of randomly paired clips out of the numbered ones, in float64. Only the drawn clips are looked at."""
+    first, second = clips[torch.randint(len(clips), (2, pairs), generator=generator)]
+    return (features[first].double() - features[second].double()).norm(dim=1)
 
 
 def _mean_distance(features: Tensor) -> Tensor:

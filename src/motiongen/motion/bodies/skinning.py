@@ -20,10 +20,13 @@ def skin(rest: Tensor, weights: Tensor, rotations: Tensor, translations: Tensor)
     Returns:
         (..., V, 3) vertices in the world, metres.
     """
-    posed = weights @ translations
+    # With the poses last, blending is one large product for all of them.
+    turns, shift, place = _poses_last(rotations, 3), _poses_last(translations, 2), _poses_last(rest, 2)
+    posed = (weights @ shift.flatten(1)).unflatten(1, shift.shape[1:])  # (V, 3, N)
     for axis in range(3):
-        posed = posed + rest[..., axis, None] * (weights @ rotations[..., axis])
-    return posed
+        turned = (weights @ turns[:, :, axis].flatten(1)).unflatten(1, shift.shape[1:])
+        posed = posed + place[:, axis, None] * turned
+    return posed.movedim(-1, 0).reshape(*translations.shape[:-2], *rest.shape[-2:])
 
 
 def pose_offsets(directions: Tensor, rotations: Tensor) -> Tensor:
@@ -39,4 +42,10 @@ def pose_offsets(directions: Tensor, rotations: Tensor) -> Tensor:
     local = rotations[..., 1:, :, :]
     bent = (local - torch.eye(3).to(local)).flatten(-3)
     vertices, axes, entries = directions.shape
-    return (bent @ directions.reshape(vertices * axes, entries).T).unflatten(-1, (vertices, axes))
+    moved = directions.reshape(vertices * axes, entries) @ _poses_last(bent, 1)
+    return moved.movedim(-1, 0).reshape(*bent.shape[:-1], vertices, axes)
+
+
+def _poses_last(values: Tensor, own: int) -> Tensor:
+    """(..., own dimensions) to (own dimensions, N)."""
+    return values.reshape(-1, *values.shape[values.ndim - own :]).movedim(0, -1)
