@@ -25,7 +25,6 @@ def check_root(root: str | Path, option: str = "data.source.root") -> Path:
     if not folder.is_dir():
         raise DataError(
             f"{option}: folder {folder.absolute()} does not exist; set {option}=<the data set's folder>, or the "
-            f"environment variable MOTIONGEN_SHARED_DATA to the folder above it; docs/data.md says where each data set "
-            f"comes from and what lies in its folder"
+            f"environment variable MOTIONGEN_SHARED_DATA to the folder above it"
         )
     return folder

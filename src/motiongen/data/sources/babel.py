@@ -56,7 +56,10 @@ class _Recording:
 
 
 class Babel:
-    """The folder with `babel_v1.0_release/` (train.json, val.json and, if there, extra_*.json) and AMASS beside it.
+    """A folder with `babel_v1.0_release/` (https://babel.is.tue.mpg.de) and `amass/` (https://amass.is.tue.mpg.de).
+
+    Of BABEL's files `train.json` and `val.json` are needed, `extra_train.json` and `extra_val.json` read if they are
+    there. AMASS may be the release with SMPL-H or the one with SMPL-X parameters.
 
     Where a recording has frame annotations, these are taken, else its sequence annotations, which last from beginning
     to end; in files with several annotators the first. Every span of time that is labelled is a segment, with the tags

@@ -42,7 +42,7 @@ _log = logging.getLogger(__name__)
 
 
 class Ntu13:
-    """The folder with `ntu_vibe_list.txt` and the joblib files that it lists.
+    """The folder with `ntu_vibe_list.txt` and the joblib files that it lists; no longer distributed.
 
     The number after `A` in a file's name is its action. Files of one performer (the number after `P`) stay on one side
     of the split. Files in which VIBE found nobody are left out, with one warning. Bones are those of the built-in
