@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,9 +14,11 @@ import joblib
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from torch import Tensor
 
 from motiongen.motion.bodies import makehuman
-from motiongen.motion.skeleton import PARENTS
+from motiongen.motion.kinematics import joint_positions
+from motiongen.motion.skeleton import JOINT, PARENTS, Skeleton
 
 Array = NDArray[np.float64]
 
@@ -62,9 +65,19 @@ def joints(turns: Array, pelvis: Array, offsets: Array) -> Array:
     return np.stack(places, axis=1)
 
 
-def on_the_floor(places: Array) -> Array:
-    """Joints (T, 22, 3) moved up or down, so that the lowest of all is 2.5 cm above 0."""
-    return places - [0.0, 0.0, places[..., 2].min() - 0.025]
+def check_upright(features: Tensor, skeleton: Skeleton, expected: Array) -> None:
+    """Whether joints are where they were, to a tenth of a millimetre but for the floor, which no camera knows."""
+    found = joint_positions(features.double(), skeleton).numpy()
+    on_the_floor = expected - [0.0, 0.0, expected[..., 2].min() - 0.025]
+    np.testing.assert_allclose(found, on_the_floor, atol=1e-4)
+    assert (found[:, JOINT["head"], 2] > found[:, JOINT["pelvis"], 2] + 0.3).all()
+
+
+class Attack:
+    """Leaves a file behind where it is unpickled by the standard library."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.system, ("touch attacked",)
 
 
 def times(frames: int, rate: float) -> Array:

@@ -19,6 +19,8 @@ CASES = [
     ("turn right hand", "turn", None),
     ("sit down", "sit", "Sit Down"),
     ("sitting back down", "sit", "Sit Down"),
+    ("sit down with the help of both hands", "sit|interact with/use object", "Sit Down"),
+    ("turn body to the left", "turn", "Turn"),
     ("sit on a chair", "sit", "Sit"),
     ("stand up", "stand up", "Stand Up"),
     ("use a phone", "interact with/use object", "Using Object"),

@@ -27,7 +27,7 @@ FIELDS = (
 )
 RATES = {"BMLhandball": 240.0, "20160930_50032": 59.0, "20161014_50033": 59.0}
 """Folders whose files name another frame rate than they were recorded at, and the right one."""
-REST_PELVIS = {"smplh": NEUTRAL.rest_pelvis, "smplx": (0.003121, -0.351407, 0.012037)}
+REST_PELVIS = {"smplh": NEUTRAL.rest_pelvis, "smplx": (0.003, -0.351, 0.012)}
 """J0 of the neutral mean bodies, metres; that of other genders and shapes is within a few centimetres."""
 LEG_LENGTH = 0.78
 """Of SMPL's neutral mean body, metres."""
@@ -114,10 +114,10 @@ def read_amass(path: Path, people: People) -> Tensor:
     gender = _word(content, "gender", "neutral")
     if model not in REST_PELVIS or gender not in ("neutral", "female", "male"):
         raise DataError(f"{path}: a {gender} {model} body is none that AMASS has")
-    betas = np.asarray(content.get("betas", ()), dtype=np.float64).ravel()
-    if not np.isfinite(betas).all():
-        raise DataError(f"{path}: field 'betas' is not finite")
-    person = people.person(model, gender, tuple(betas.tolist()))
+    betas = content.get("betas", np.zeros(0))
+    if betas.dtype.kind not in "fiu" or not np.isfinite(betas).all():
+        raise DataError(f"{path}: field 'betas' is not of finite numbers")
+    person = people.person(model, gender, tuple(map(float, betas.ravel())))
     pelvis = (trans + person.rest_pelvis) * (people.skeleton.leg_length / person.leg_length)
     local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
     return features(*at_thirty(local, pelvis, _rate(path, content)))
@@ -151,5 +151,5 @@ def _rate(path: Path, content: dict[str, Any]) -> float:
 
 def _word(content: dict[str, Any], field: str, otherwise: str) -> str:
     """A field of one word, which some files store as bytes."""
-    value = np.asarray(content.get(field, otherwise)).ravel()[:1].tolist()[0]
-    return value.decode("latin1") if isinstance(value, bytes) else str(value)
+    value = np.asarray(content.get(field, otherwise)).ravel().astype(str)
+    return str(value[0]) if len(value) else otherwise

@@ -57,9 +57,9 @@ def per_frame(where: object, content: Mapping[str, Any], field: str, width: int)
     """
     if field not in content:
         raise DataError(f"{where}: field {field!r} is missing")
-    array = np.asarray(content[field])
-    if array.dtype.kind not in "fiu":
-        raise DataError(f"{where}: field {field!r} holds {array.dtype}, not numbers")
+    array = content[field]
+    if not isinstance(array, np.ndarray) or array.dtype.kind not in "fiu":
+        raise DataError(f"{where}: field {field!r} is not an array of numbers")
     if array.ndim != 2 or array.shape[1] < width or not len(array):
         raise DataError(f"{where}: field {field!r} has shape {array.shape}, not (frames, {width})")
     table = torch.from_numpy(array[:, :width].astype(np.float64))

@@ -41,7 +41,7 @@ CONJUNCTIONS = {
     "Step and Touch Body Part": {"Step", "Touch Body Part"},
 }
 """Tags in place of two that are done at once."""
-BODY_PART = r"\b(head|neck|face|torso|body|waist|hips?|arms?|hands?|wrists?|shoulders?|legs?|knees?|foot|feet)\b"
+BODY_PART = r"\b(head|neck|face|torso|waist|hips?|arms?|hands?|wrists?|shoulders?|legs?|knees?|foot|feet)\b"
 INTENTIONS = (
     # Goals.
     _rule("Sit Down", says=r"\bsit(s|ting)? (back )?down\b"),
@@ -85,7 +85,7 @@ def mag_tags(labels: Iterable[Label]) -> tuple[str, ...]:
     labels = tuple(labels)
     intentions, states, parts = (_tags(rules, labels) for rules in (INTENTIONS, STATES, BODY_PARTS))
     for tag, both in CONJUNCTIONS.items():
-        if both <= {*intentions, *states}:
+        if both & {*intentions[:1]} and both <= {*intentions, *states}:
             return (tag,)
     if intentions:
         return intentions[:1]

@@ -46,7 +46,7 @@ def vibe_pelvis(where: str, joints: object) -> Tensor:
     Raises:
         DataError: the joints are of another shape or not finite; the message begins with `where`.
     """
-    array = np.asarray(joints)
-    if array.ndim != 3 or array.shape[1:] != (VIBE_JOINTS, 3):
-        raise DataError(f"{where}: field 'joints3d' has shape {array.shape}, not (frames, {VIBE_JOINTS}, 3)")
-    return per_frame(where, {"joints3d": array[:, VIBE_PELVIS]}, "joints3d", 3)
+    shape = getattr(joints, "shape", ())
+    if not isinstance(joints, np.ndarray) or len(shape) != 3 or shape[1:] != (VIBE_JOINTS, 3):
+        raise DataError(f"{where}: field 'joints3d' has shape {shape}, not (frames, {VIBE_JOINTS}, 3)")
+    return per_frame(where, {"joints3d": joints[:, VIBE_PELVIS]}, "joints3d", 3)

@@ -84,10 +84,11 @@ class HumanAct12:
 
     def _joints(self, index: int) -> torch.Tensor:
         """(T, 22, 3) metres, in the camera's coordinates"""
-        joints = np.asarray(self._content["joints3D"][index])
-        if joints.shape != (len(self._content["poses"][index]), SMPL_JOINTS, 3):
-            raise DataError(f"{self._file}: clip {index}: field 'joints3D' has shape {joints.shape}")
-        rows = per_frame(f"{self._file}: clip {index}", {"joints3D": joints.reshape(len(joints), -1)}, "joints3D", 72)
+        where, joints = f"{self._file}: clip {index}", self._content["joints3D"][index]
+        expected = (len(self._content["poses"][index]), SMPL_JOINTS, 3)
+        if not isinstance(joints, np.ndarray) or joints.shape != expected:
+            raise DataError(f"{where}: field 'joints3D' has shape {getattr(joints, 'shape', ())}, not {expected}")
+        rows = per_frame(where, {"joints3D": joints.reshape(len(joints), -1)}, "joints3D", 3 * SMPL_JOINTS)
         return rows.reshape(-1, SMPL_JOINTS, 3)[:, :JOINTS]
 
     @cached_property
