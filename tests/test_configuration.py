@@ -76,6 +76,11 @@ def test_composing_twice_gives_the_same() -> None:
         (["seed=1,2"], ["seed=1,2", "--multirun"]),
         (["a=[1"], ["'a=[1' cannot be read"]),
         (["data=bandai", "data.source.root=/nowhere"], ["data.source.root", "/nowhere does not exist"]),
+        (
+            ["data=babel", "data.source.root=/nowhere"],
+            ["/nowhere does not exist", "babel_v1.0_release/", "https://amass.is.tue.mpg.de"],
+        ),
+        (["data=babel", "data.source.labels=act"], ["Babel takes 'categories', 'mag'"]),
     ],
 )
 def test_what_is_wrong_is_named_with_the_nearest_right_name(overrides: list[str], told: list[str]) -> None:

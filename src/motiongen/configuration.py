@@ -23,6 +23,7 @@ from motiongen.export.formats import ENDINGS, PACKAGES
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import known_tags
+from motiongen.signatures import TargetError, summary_of
 from motiongen.suggestions import did_you_mean
 from motiongen.synthesis.timeline import TimelineError, read_timeline, resolve
 from motiongen.tasks import TASKS
@@ -112,7 +113,16 @@ def _missing_data(config: DictConfig) -> Iterator[str]:
         try:
             check_root(root)
         except DataError as error:
-            yield str(error)
+            yield f"{error}{_expected(config.data.source)}"
+
+
+def _expected(source: DictConfig) -> str:
+    """What lies in a data set's folder and where it comes from, as its class says."""
+    try:
+        summary = summary_of(source["_target_"])
+    except TargetError:
+        return ""  # is said already
+    return f"\n  expected: {summary}" if summary else ""
 
 
 def _unknown_formats(config: DictConfig) -> Iterator[str]:

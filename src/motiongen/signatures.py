@@ -42,6 +42,20 @@ def signature_of(target: str) -> Signature | None:
     return _find(module, name, MOST_HOPS)
 
 
+def summary_of(target: str) -> str:
+    """The first line of the docstring of the class or function that `target` names; empty where its source has none.
+
+    Raises:
+        TargetError: the module does not exist.
+    """
+    module, name = _split(target)
+    tree = _source(module)
+    for node in tree.body if tree else []:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
+            return (ast.get_docstring(node) or "").partition("\n")[0]
+    return ""
+
+
 def _split(target: str) -> tuple[str, str]:
     """The longest prefix of `target` that is a module, and the name in it."""
     parts = target.split(".")

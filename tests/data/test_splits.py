@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from motiongen.data.clips import DataError, Sequence
-from motiongen.data.splits import Clip, Split, split
+from motiongen.data.clips import DataError, Sequence, Side
+from motiongen.data.splits import Clip, Split, split, validation_split
 from motiongen.data.store import ClipStore
 from tests.data.corpus import ListedSource, session
 
@@ -141,6 +142,49 @@ def test_a_data_set_that_cannot_be_split_is_refused(tmp_path: Path) -> None:
         split(store_of([("one", "one", ["walk"] * 9)], tmp_path), 0)
 
 
+def official(sides: dict[str, Side | None], cache: Path, group: str | None = None) -> ClipStore:
+    """A clip of each tag in every sequence, which the data set's own split has on these sides."""
+    segments = [(40 * number, 40 * number + 40, tag) for number, tag in enumerate(TAGS)]
+    sequences = [replace(session(name, segments, 40 * len(TAGS), group), side=side) for name, side in sides.items()]
+    return ClipStore.open(ListedSource(sequences), cache)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_data_set_s_own_split_is_kept(tmp_path: Path, seed: int) -> None:
+    store = official({"one": "test", "two": "train", "three": "test", "four": "test"}, tmp_path)
+    result = split(store, seed, test_share=0.1, test_cap=1, min_clips=2)
+    assert result.tags == TAGS
+    assert {store.sequences[clip.sequence].name for clip in result.train} == {"two"}
+    assert {store.sequences[clip.sequence].name for clip in result.test} == {"one", "three", "four"}
+    assert len(result.train) + len(result.test) == 4 * len(TAGS)
+
+
+def test_tags_that_the_data_set_s_own_split_has_on_one_side_are_left_out(tmp_path: Path) -> None:
+    sequences = [
+        replace(session("one", [(0, 40, "walk"), (40, 80, "bow")], 80), side="train"),
+        replace(session("two", [(0, 40, "walk"), (40, 80, "kick")], 80), side="test"),
+    ]
+    result = split(ClipStore.open(ListedSource(sequences), tmp_path), 0, min_clips=1)
+    assert result.tags == ("walk",)
+    assert set(result.left_out) == {"bow", "kick"}
+
+
+@pytest.mark.parametrize(
+    ("sides", "group", "message"),
+    [
+        ({"one": "train", "two": "test"}, "together", "has the group together on both sides"),
+        ({"one": "train", "two": "test", "three": None}, None, "leaves out the group three"),
+        ({"one": "train", "two": "train"}, None, "has nothing to test"),
+        ({"one": "test", "two": "test"}, None, "no tag has clips of 20 frames on both sides"),
+    ],
+)
+def test_a_split_that_leaks_or_is_not_whole_is_refused(
+    tmp_path: Path, sides: dict[str, Side | None], group: str | None, message: str
+) -> None:
+    with pytest.raises(DataError, match=message):
+        split(official(sides, tmp_path, group), 0, min_clips=2)
+
+
 def only_clips(result: Split) -> list[tuple[int, int, int]]:
     clips = sorted([*result.train, *result.test], key=lambda clip: (clip.sequence, clip.segment))
     return [(clip.initial_start, clip.start, clip.stop) for clip in clips]
@@ -165,3 +209,16 @@ def test_windows_are_consecutive_and_a_short_rest_is_dropped() -> None:
     ]
     assert len(clip.windows(max_frames=100, min_frames=51)) == 2
     assert clip.windows(max_frames=250, min_frames=20) == [clip]
+
+
+def test_validation_takes_groups_of_the_training_side_alone(tmp_path: Path) -> None:
+    data = store_of(long_sessions(np.random.default_rng(0)), tmp_path)
+    whole = split(data, seed=0)
+    inner = validation_split(data, whole, 0, share=0.3, min_frames=20)
+    trained = {data.sequences[clip.sequence].group for clip in inner.train}
+    validated = {data.sequences[clip.sequence].group for clip in inner.test}
+    tested = {data.sequences[clip.sequence].group for clip in whole.test}
+    assert not trained & validated
+    assert not (trained | validated) & tested
+    assert {clip.key for clip in (*inner.train, *inner.test)} <= {clip.key for clip in whole.train}
+    assert set(inner.tags) <= set(whole.tags)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 from torch import Tensor
 
 from motiongen.data.roots import DataError
 from motiongen.motion.skeleton import Skeleton
 
-__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Source", "Span"]
+__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Side", "Source", "Span"]
 
 INITIAL_FRAMES = 6
 """K, the frames of motion that are given before an action (Neural Marionette, section 3.1)."""
+
+Side = Literal["train", "test"]
 
 Span = tuple[str, str, int, int]
 """Frames of a data set, wherever it is named: store fingerprint, sequence name, first frame, frame after the last."""
@@ -42,6 +44,8 @@ class Sequence:
     """(T, 135) float32"""
     segments: tuple[Segment, ...]
     """In time order."""
+    side: Side | None = None
+    """Where the data set's own split has it; none leaves that to `data.splits`. All sequences have one or none has."""
 
 
 class Source(Protocol):

@@ -81,6 +81,8 @@ def split(
     closer to their targets, the group that does so most for each of its clips. Clips of SPLIT_FRAMES decide; which of
     them `min_frames` keeps has no influence, so that no clip changes sides with it.
 
+    A data set's own split (`Sequence.side`) is kept as it is; seed, share and cap have no say in it.
+
     Args:
         store: the clips.
         seed: decides among equals.
@@ -90,11 +92,10 @@ def split(
         min_frames: clips that are shorter are on neither side. A tag that has none left on one side is left out.
 
     Raises:
-        DataError: no tag can be on both sides.
+        DataError: no tag can be on both sides, or the data set's own split has a group on both or leaves sequences out.
     """
-    chosen, tags, left_out = _tested_groups(
-        store, all_clips(store, SPLIT_FRAMES), seed, test_share, test_cap, min_clips
-    )
+    clips = all_clips(store, SPLIT_FRAMES)
+    chosen, tags, left_out = _tested_groups(store, clips, seed, test_share, test_cap, min_clips, _official(store))
     return _sides(store, all_clips(store, min_frames), chosen, tags, left_out, min_frames)
 
 
@@ -111,14 +112,23 @@ def validation_split(store: ClipStore, split: Split, seed: int, *, share: float,
     Raises:
         DataError: no tag can be on both sides.
     """
-    chosen, tags, left_out = _tested_groups(store, split.train, seed, share, len(split.train), 2)
+    chosen, tags, left_out = _tested_groups(store, split.train, seed, share, len(split.train), 2, set())
     return _sides(store, split.train, chosen, tags, left_out, min_frames)
 
 
 def _tested_groups(
-    store: ClipStore, clips: Sequence[Clip], seed: int, share: float, cap: int, min_clips: int
+    store: ClipStore,
+    clips: Sequence[Clip],
+    seed: int,
+    share: float,
+    cap: int,
+    min_clips: int,
+    official: set[str],
 ) -> tuple[set[str], tuple[str, ...], dict[str, str]]:
-    """The groups to test, the tags that are on both sides then, and those that are not, with the reason."""
+    """The groups to test, the tags that are on both sides then, and those that are not, with the reason.
+
+    Those that the data set's own split tests (`official`), if it has one, whatever seed, share and cap are.
+    """
     tags_of = [store.sequences[clip.sequence].segments[clip.segment].tags for clip in clips]
     left_out: dict[str, str] = {}
     while True:
@@ -133,7 +143,7 @@ def _tested_groups(
             counted = tuple(tag for tag in own if tag in tags)
             if counted:
                 groups[store.sequences[clip.sequence].group].append(counted)
-        outcome = _choose(groups, tags, np.random.default_rng(seed), share, cap)
+        outcome = official or _choose(groups, tags, np.random.default_rng(seed), share, cap)
         if not isinstance(outcome, str):
             return outcome, tags, left_out
         left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
@@ -200,6 +210,21 @@ def all_clips(store: ClipStore, min_frames: int) -> list[Clip]:
 def _tags(store: ClipStore, clips: Iterable[Clip]) -> set[str]:
     """The tags of these clips."""
     return {tag for clip in clips for tag in store.sequences[clip.sequence].segments[clip.segment].tags}
+
+
+def _official(store: ClipStore) -> set[str]:
+    """The names of the groups that the data set's own split tests; none where it has no split."""
+    groups = {
+        side: {sequence.group for sequence in store.sequences if sequence.side == side}
+        for side in ("train", "test", None)
+    }
+    if both := groups["train"] & groups["test"]:
+        raise DataError(f"the data set's own split has the group {min(both)} on both sides")
+    if groups[None] and (groups["train"] or groups["test"]):
+        raise DataError(f"the data set's own split leaves out the group {min(groups[None])}")
+    if groups["train"] and not groups["test"]:
+        raise DataError("the data set's own split has nothing to test")
+    return groups["test"]
 
 
 def _choose(

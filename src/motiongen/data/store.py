@@ -18,11 +18,11 @@ from filelock import FileLock
 from rich.progress import track
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence, Source
+from motiongen.data.clips import DataError, Segment, Sequence, Side, Source
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import Skeleton
 
-FORMAT = 2
+FORMAT = 3
 """Counted up when the layout on disk changes."""
 
 _log = logging.getLogger(__name__)
@@ -42,6 +42,8 @@ class StoredSequence:
     first: int
     """Its first row in the table of all frames."""
     segments: tuple[Segment, ...]
+    side: Side | None
+    """As in `Sequence`."""
 
 
 class ClipStore:
@@ -120,9 +122,16 @@ def _write(source: Source, fingerprint: str, folder: Path) -> None:
             _check(source, sequence, names)
             names.add(sequence.name)
             file.write(sequence.features.numpy().tobytes())
-            segments = [asdict(segment) for segment in sequence.segments]
             length = len(sequence.features)
-            rows.append({"name": sequence.name, "group": sequence.group, "length": length, "segments": segments})
+            rows.append(
+                {
+                    "name": sequence.name,
+                    "group": sequence.group,
+                    "length": length,
+                    "segments": [asdict(segment) for segment in sequence.segments],
+                    "side": sequence.side,
+                }
+            )
             total += length
         # NumPy pads headers so that the count of rows can grow in place.
         file.seek(0)
@@ -176,7 +185,7 @@ def _stored(row: dict[str, Any]) -> StoredSequence:
     segments = tuple(
         Segment(item["start"], item["stop"], tuple(item["tags"]), tuple(item["styles"])) for item in row["segments"]
     )
-    return StoredSequence(row["name"], row["group"], row["length"], row["first"], segments)
+    return StoredSequence(row["name"], row["group"], row["length"], row["first"], segments, row["side"])
 
 
 def _sha256(path: Path) -> str:

@@ -102,7 +102,7 @@ def test_bvh_in_centimetres_stands_where_its_positions_say(tmp_path: Path) -> No
             {"poses": np.zeros((5, 66)), "trans": np.zeros((5, 3)), "rest_pelvis": np.zeros((5, 3))},
             r"field 'rest_pelvis' has shape \(5, 3\)",
         ),
-        ({"features": np.full((5, FEATURES), np.nan)}, "a frame is not finite"),
+        ({"features": np.full((5, FEATURES), np.nan)}, "field 'features' is not finite at frame 0"),
         ({"poses": np.array([print], dtype=object)}, "field 'poses' is missing|not an NPZ file"),
     ],
 )

@@ -17,7 +17,8 @@ def digest(root: Path, paths: Iterable[Path], *settings: object) -> str:
     total = hashlib.sha256(repr(settings).encode())
     for path in sorted(paths):
         total.update(f"\0{path.relative_to(root).as_posix()}\0".encode())
-        total.update(hashlib.sha256(path.read_bytes()).digest())
+        with path.open("rb") as file:
+            total.update(hashlib.file_digest(file, "sha256").digest())
     return total.hexdigest()
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import csv
-import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import roma
@@ -15,15 +13,14 @@ from torch import Tensor
 
 from motiongen.data.clips import DataError, Segment, Sequence
 from motiongen.data.roots import check_root
+from motiongen.data.sources.arrays import per_frame, read_arrays
 from motiongen.data.sources.bvh import read_bvh
 from motiongen.data.sources.files import digest, required
-from motiongen.data.sources.retarget import features, smpl_pose
+from motiongen.data.sources.retarget import FPS, at_thirty, features, smpl_pose
 from motiongen.motion.representation import FEATURES, unpack
-from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
 
 PARSER_VERSION = 1
-FPS = 30.0
 LABELS = "labels.csv"
 CENTIMETRES = 10.0
 """A BVH file whose pelvis is higher than this is in centimetres."""
@@ -101,34 +98,20 @@ def _labels(path: Path) -> dict[str, tuple[str, ...]]:
 
 def _npz(path: Path) -> tuple[Tensor, Tensor]:
     """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), at 30 Hz."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            content = {name: file[name] for name in file.files if file[name].dtype.kind in "fiu"}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise DataError(f"{path}: not an NPZ file of plain arrays: {error}") from error
+    content = {name: array for name, array in read_arrays(path).items() if array.dtype.kind in "fiu"}
     if "features" in content:
-        local, pelvis = unpack(_array(path, content, "features", FEATURES))
+        local, pelvis = unpack(per_frame(path, content, "features", FEATURES))
     else:
-        turns = _array(path, content, "poses", 3 * JOINTS)[:, : 3 * JOINTS]
+        turns = per_frame(path, content, "poses", 3 * JOINTS)
         local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
         rest = content.get("rest_pelvis", np.zeros(3))
         if rest.shape != (3,):
             raise DataError(f"{path}: field 'rest_pelvis' has shape {rest.shape}, not (3,)")
-        pelvis = _array(path, content, "trans", 3) + torch.from_numpy(rest.astype(np.float64))
+        pelvis = per_frame(path, content, "trans", 3) + torch.from_numpy(rest.astype(np.float64))
     if len(local) != len(pelvis):
         raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
     rate = float(content.get("mocap_framerate", content.get("fps", FPS)))
-    return _at_thirty(local, pelvis, rate)
-
-
-def _array(path: Path, content: Mapping[str, Any], field: str, width: int) -> Tensor:
-    """(T, width or more) float64"""
-    if field not in content:
-        raise DataError(f"{path}: field {field!r} is missing")
-    array = content[field]
-    if array.ndim != 2 or array.shape[1] < width or not len(array):
-        raise DataError(f"{path}: field {field!r} has shape {array.shape}, not (frames, {width})")
-    return torch.from_numpy(array.astype(np.float64))
+    return at_thirty(local, pelvis, rate)
 
 
 def _bvh(path: Path) -> tuple[Tensor, Tensor]:
@@ -140,9 +123,4 @@ def _bvh(path: Path) -> tuple[Tensor, Tensor]:
     pelvis = positions[:, columns[0]]
     metres = 0.01 if float(pelvis[:, 1].abs().max()) > CENTIMETRES else 1.0
     local, pelvis = smpl_pose(rotations[:, columns], torch.eye(3).to(rotations).expand(JOINTS, 3, 3), pelvis * metres)
-    return _at_thirty(local, pelvis, bvh.fps)
-
-
-def _at_thirty(local: Tensor, pelvis: Tensor, rate: float) -> tuple[Tensor, Tensor]:
-    # A rate that was rounded in the file, 30.00003, would cost the last frame.
-    return (local, pelvis) if abs(rate - FPS) < 0.01 else resample(local, pelvis, rate, FPS)
+    return at_thirty(local, pelvis, bvh.fps)

@@ -1,4 +1,4 @@
-"""From another skeleton's joint frames to SMPL's local rotations, and from y up to z up."""
+"""From another skeleton's joint frames to SMPL's local rotations, from y up to z up, and to 30 Hz."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import torch
 from torch import Tensor
 
 from motiongen.motion.representation import pack
+from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import PARENTS
+
+FPS = 30.0
 
 WORLD_FROM_Y_UP = torch.tensor([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], dtype=torch.float64)
 """Rx(90 degrees): y becomes z, z becomes -y."""
@@ -33,6 +36,15 @@ def smpl_pose(rotations: Tensor, align: Tensor, pelvis: Tensor) -> tuple[Tensor,
 def features(rotations: Tensor, pelvis: Tensor) -> Tensor:
     """The stored form of a pose: (T, 135) float32."""
     return pack(rotations, pelvis).float()
+
+
+def at_thirty(rotations: Tensor, pelvis: Tensor, fps: float) -> tuple[Tensor, Tensor]:
+    """A pose, (T, 22, 3, 3) and (T, 3), resampled by time from any rate to 30 Hz.
+
+    Rates are taken to a hundredth: one such as 120.00004577 was rounded in its file, and would cost the last frame.
+    """
+    fps = round(fps, 2)
+    return (rotations, pelvis) if fps == FPS else resample(rotations, pelvis, fps, FPS)
 
 
 def rotation_between(start: Tensor, end: Tensor) -> Tensor:

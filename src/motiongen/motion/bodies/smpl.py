@@ -6,7 +6,6 @@ directly: npz, and pickles without ever running what they contain.
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from motiongen.errors import InputError
 from motiongen.motion.bodies.body import Body, SmplModel
 from motiongen.motion.skeleton import JOINTS, PARENTS, Skeleton
+from motiongen.unpickling import Inert, PlainUnpickler, RefusedPickle
 
 Array = NDArray[np.float64]
 
@@ -124,9 +124,8 @@ def _read(path: Path) -> Mapping[str, Any]:
             with np.load(path, allow_pickle=False) as archive:
                 return {name: archive[name] for name in FIELDS if name in archive}
         with path.open("rb") as file:
-            # Models from Python 2 have their strings in latin1.
-            content = _ModelUnpickler(file, encoding="latin1").load()
-    except BodyFileError as error:
+            content = _ModelUnpickler(file).load()
+    except RefusedPickle as error:
         raise BodyFileError(f"{path}: {error}") from error
     except Exception as error:
         # A damaged pickle can raise nearly anything.
@@ -136,28 +135,19 @@ def _read(path: Path) -> Mapping[str, Any]:
     return content
 
 
-class _Inert:
-    """Stands in for an object of the file: keeps its state, does nothing."""
-
-    state: Mapping[str, Any] = {}
-
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        self.state = state
-
-
-class _Chumpy(_Inert):
+class _Chumpy(Inert):
     """chumpy.ch.Ch: an array in `x`."""
 
 
-class _ChumpySelection(_Inert):
+class _ChumpySelection(Inert):
     """chumpy.reordering.Select: entries `idxs` of the array `a`."""
 
 
-class _SparseColumns(_Inert):
+class _SparseColumns(Inert):
     """scipy's compressed sparse columns."""
 
 
-class _SparseRows(_Inert):
+class _SparseRows(Inert):
     """scipy's compressed sparse rows."""
 
 
@@ -179,42 +169,18 @@ def _dense(value: Any) -> Any:
     return value
 
 
-_SPARSE = {
+_SPARSE: dict[str, type[Inert]] = {
     "csc_matrix": _SparseColumns,
     "csc_array": _SparseColumns,
     "csr_matrix": _SparseRows,
     "csr_array": _SparseRows,
 }
-_PLAIN = {
-    ("numpy", "ndarray"),
-    ("numpy", "dtype"),
-    ("numpy.core.multiarray", "_reconstruct"),
-    ("numpy._core.multiarray", "_reconstruct"),
-    ("numpy.core.multiarray", "scalar"),
-    ("numpy._core.multiarray", "scalar"),
-    ("numpy.core.numeric", "_frombuffer"),
-    ("numpy._core.numeric", "_frombuffer"),
-    ("collections", "OrderedDict"),
-    ("copyreg", "_reconstructor"),
-    ("copy_reg", "_reconstructor"),
-    ("builtins", "object"),
-    ("builtins", "set"),
-    ("__builtin__", "object"),
-    ("__builtin__", "set"),
-    ("_codecs", "encode"),
-}
 
 
-class _ModelUnpickler(pickle.Unpickler):
-    """Admits arrays and plain containers; sparse matrices and chumpy arrays become inert stand-ins, all else fails."""
+class _ModelUnpickler(PlainUnpickler):
+    """Sparse matrices and chumpy arrays become inert stand-ins."""
 
-    def find_class(self, module: str, name: str) -> Any:
-        if (module, name) in _PLAIN:
-            return super().find_class(module, name)
-        if module.startswith("scipy.sparse") and name in _SPARSE:
-            return _SPARSE[name]
-        if (module, name) == ("chumpy.ch", "Ch"):
-            return _Chumpy
-        if (module, name) == ("chumpy.reordering", "Select"):
-            return _ChumpySelection
-        raise BodyFileError(f"holds a {module}.{name}, which is not an array; such files are not opened")
+    def stand_in(self, module: str, name: str) -> type[Inert] | None:
+        if module.startswith("scipy.sparse"):
+            return _SPARSE.get(name)
+        return {("chumpy.ch", "Ch"): _Chumpy, ("chumpy.reordering", "Select"): _ChumpySelection}.get((module, name))
