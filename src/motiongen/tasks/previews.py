@@ -37,7 +37,7 @@ def write_previews(folder: Path, config: DictConfig, data: MotionData, generator
     render_gif(animation, generated[travelling[0] if travelling else 0])
     strips = []
     for tag, shown in zip(tags, generated, strict=True):
-        strips.append(target / f"{tag.replace(' ', '_')}.png")
+        strips.append(target / f"{tag.replace(' ', '_').replace('/', '-')}.png")
         render_strip(strips[-1], shown)
     return [page, animation, *strips]
 

@@ -22,9 +22,9 @@ def standing(take: Take) -> Tensor:
     return heights < torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2) + 0.003
 
 
-def test_feet_in_contact_stay(takes: tuple[Take, ...]) -> None:
+def test_feet_in_contact_stay(all_takes: tuple[Take, ...]) -> None:
     speeds = []
-    for take in takes:
+    for take in all_takes:
         touching = standing(take)
         moved = take.joints[1:, FEET].sub(take.joints[:-1, FEET]).norm(dim=-1)
         speeds.append(moved[touching[1:] & touching[:-1]])
@@ -32,9 +32,9 @@ def test_feet_in_contact_stay(takes: tuple[Take, ...]) -> None:
     assert speed.max() < 0.01
 
 
-def test_feet_stay_above_the_floor(takes: tuple[Take, ...]) -> None:
+def test_feet_stay_above_the_floor(all_takes: tuple[Take, ...]) -> None:
     points = torch.tensor([[0.0, up, forward] for forward, up in (body.HEEL, body.TOE_TIP, body.BALL)])
-    for take in takes:
+    for take in all_takes:
         for ankle in ANKLES:
             sole = take.joints[:, ankle, None] + torch.einsum("tij,nj->tni", take.world[:, ankle], points.double())
             # The tip hangs on the toe joint, which bends; only heel and ball are rigid with the ankle.
@@ -44,8 +44,8 @@ def test_feet_stay_above_the_floor(takes: tuple[Take, ...]) -> None:
             assert (take.joints[:, ball] + take.world[:, ball] @ tip)[:, 2].min() > -0.012
 
 
-def test_knees_and_elbows_are_hinges_within_their_limits(takes: tuple[Take, ...]) -> None:
-    for take in takes:
+def test_knees_and_elbows_are_hinges_within_their_limits(all_takes: tuple[Take, ...]) -> None:
+    for take in all_takes:
         for side, inward in (("left", -1.0), ("right", 1.0)):
             knee, elbow = take.local[:, JOINT[f"{side}_knee"]], take.local[:, JOINT[f"{side}_elbow"]]
             flexion = torch.rad2deg(torch.atan2(knee[:, 2, 1], knee[:, 1, 1]))
@@ -64,9 +64,9 @@ def test_joints_turn_no_faster_than_people(steps: tuple[Tensor, ...]) -> None:
     assert fastest[[JOINT[name] for name in ("pelvis", "spine1", "spine2", "spine3", "neck", "head")]].max() < 12
 
 
-def test_seams_are_as_smooth_as_the_rest(takes: tuple[Take, ...]) -> None:
+def test_seams_are_as_smooth_as_the_rest(all_takes: tuple[Take, ...]) -> None:
     at_seams, elsewhere = [], []
-    for take in takes:
+    for take in all_takes:
         acceleration = take.joints.diff(n=2, dim=0).norm(dim=-1).amax(dim=-1)
         seam = torch.zeros(len(acceleration), dtype=torch.bool)
         for part in take.sequence.segments:
@@ -78,8 +78,8 @@ def test_seams_are_as_smooth_as_the_rest(takes: tuple[Take, ...]) -> None:
     assert seams.max() < rest.max()
 
 
-def test_sitting_is_at_the_height_of_a_chair(takes: tuple[Take, ...]) -> None:
-    for take in takes:
+def test_sitting_is_at_the_height_of_a_chair(all_takes: tuple[Take, ...]) -> None:
+    for take in all_takes:
         for part in take.of("sit"):
             height = take.joints[part, 0, 2]
             assert height.min() > 0.43
@@ -89,9 +89,9 @@ def test_sitting_is_at_the_height_of_a_chair(takes: tuple[Take, ...]) -> None:
             assert (feet - feet[:1]).norm(dim=-1).max() < 0.02
 
 
-def test_turns_turn_on_the_spot(takes: tuple[Take, ...]) -> None:
+def test_turns_turn_on_the_spot(all_takes: tuple[Take, ...]) -> None:
     angles = []
-    for take in takes:
+    for take in all_takes:
         for part in take.of("turn"):
             yaw = np.unwrap(heading(take.sequence.features[part]).numpy())
             angles.append(np.rad2deg(yaw[-1] - yaw[0]))
@@ -102,8 +102,8 @@ def test_turns_turn_on_the_spot(takes: tuple[Take, ...]) -> None:
     assert 0.25 < np.mean(np.array(angles) > 0) < 0.75
 
 
-def test_a_jump_flies_and_falls_with_gravity(takes: tuple[Take, ...]) -> None:
-    for take in takes:
+def test_a_jump_flies_and_falls_with_gravity(all_takes: tuple[Take, ...]) -> None:
+    for take in all_takes:
         for part in take.of("jump"):
             up = take.joints[part, 0, 2]
             lowest = take.joints[part][:, FEET, 2] - torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2)

@@ -60,9 +60,16 @@ def test_a_chair_is_left_before_anything_else(corpus: tuple[Sequence, ...]) -> N
 
 def test_fingerprint_follows_the_settings() -> None:
     prints = {
-        BuiltinSource(**settings).fingerprint() for settings in ({}, {"seed": 1}, {"sessions": 3}, {"subjects": 4})
+        source.fingerprint()
+        for source in (
+            BuiltinSource(),
+            BuiltinSource(seed=1),
+            BuiltinSource(sessions=3),
+            BuiltinSource(subjects=4),
+            BuiltinSource(repertoire="babel_mag"),
+        )
     }
-    assert len(prints) == 4
+    assert len(prints) == 5
     assert BuiltinSource().fingerprint() == BuiltinSource().fingerprint()
 
 
@@ -70,3 +77,8 @@ def test_fingerprint_follows_the_settings() -> None:
 def test_settings_out_of_range_are_named(settings: dict[str, int]) -> None:
     with pytest.raises(DataError, match=next(iter(settings))):
         BuiltinSource(**settings)
+
+
+def test_an_unknown_repertoire_is_named() -> None:
+    with pytest.raises(DataError, match=r"repertoire: .everything. is none of basic"):
+        BuiltinSource(repertoire="everything")  # type: ignore[arg-type]

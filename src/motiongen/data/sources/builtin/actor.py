@@ -23,6 +23,7 @@ class Actor:
         self.subject = subject
         self.generator = generator
         self.time = 0.0
+        self.floor = 0.0
         self.strong, self.weak = ("right", "left") if subject.right_handed else ("left", "right")
         self.idle = self._idle()
         start = dict(self.idle)
@@ -32,12 +33,13 @@ class Actor:
             x, y = ground(np.zeros(2), heading, 0.0, self.outward(side) * subject.stance_width)
             start |= {f"{side}_foot_x": x, f"{side}_foot_y": y, f"{side}_foot_yaw": heading + self.toe_out(side)}
             start |= {f"{side}_foot_lift": 0.0, f"{side}_foot_pitch": 0.0, f"{side}_foot_knee": 4.0}
+            start |= {f"{side}_foot_ground": 0.0}
         self.score = Score(start)
 
     @property
     def standing(self) -> float:
         """Height of the pelvis at rest, metres."""
-        return body.STANDING_HEIGHT - self.subject.knee_bend
+        return body.STANDING_HEIGHT - self.subject.knee_bend + self.floor
 
     @property
     def heading(self) -> float:

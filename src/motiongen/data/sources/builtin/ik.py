@@ -103,7 +103,8 @@ def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
     A foot with its toes up turns about the heel, one with its heel up about the ball, which stays where it is. The
     degrees of `heel` (T,) come on top of the planned pitch.
     """
-    x, y, lift, yaw, pitch = (curves[f"{side}_foot_{name}"] for name in ("x", "y", "lift", "yaw", "pitch"))
+    x, y, yaw, pitch = (curves[f"{side}_foot_{name}"] for name in ("x", "y", "yaw", "pitch"))
+    lift, floor = curves[f"{side}_foot_lift"], curves[f"{side}_foot_ground"]
     pitch = np.maximum(pitch + heel, np.minimum(pitch, -60.0))
     angle = np.deg2rad(pitch)
     on_heel = ease(pitch, -8.0, 8.0)
@@ -112,7 +113,8 @@ def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
     forward = pivot[:, 0] * (1 - cos) + pivot[:, 1] * sin - body.MIDFOOT
     up = pivot[:, 1] * (1 - cos) - pivot[:, 0] * sin
     heading = np.deg2rad(yaw)
-    ankle = np.stack([x + forward * np.sin(heading), body.ANKLE_HEIGHT + up + lift, -y + forward * np.cos(heading)], -1)
+    height = body.ANKLE_HEIGHT + up + lift + floor
+    ankle = np.stack([x + forward * np.sin(heading), height, -y + forward * np.cos(heading)], -1)
     toes = np.clip(-pitch, 0.0, 50.0) * (1 - 0.8 * ease(lift, -0.02, 0.22))
     return ankle, turn("y", yaw) @ turn("x", -pitch), toes
 

@@ -26,8 +26,8 @@ TRUNK = (
 ARM = ("flex", "abduct", "rotate", "elbow", "wrist", "shrug", "reach")
 """Degrees from the hanging arm: flex swings it forward, abduct outward, rotate turns the forearm inward; shrug lifts
 and reach advances the collar bone."""
-FOOT = ("x", "y", "lift", "yaw", "pitch", "knee")
-"""Place of the middle of the flat foot, height above that, heading, toes up, knee outward."""
+FOOT = ("x", "y", "lift", "yaw", "pitch", "knee", "ground")
+"""Place of the middle of the flat foot, height above that, heading, toes up, knee outward, height of the ground."""
 CHANNELS = (
     *ROOT,
     *TRUNK,

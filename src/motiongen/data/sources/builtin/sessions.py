@@ -2,58 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import torch
 
 from motiongen.data.clips import Segment, Sequence
-from motiongen.data.sources.builtin.actions.footwork import step, turn
-from motiongen.data.sources.builtin.actions.gestures import kick, punch, throw, wave_hand
 from motiongen.data.sources.builtin.actions.locomotion import gait
-from motiongen.data.sources.builtin.actions.posture import jump, sit, sit_down, stand, stand_up
+from motiongen.data.sources.builtin.actions.states import be_seated
 from motiongen.data.sources.builtin.actor import Actor
 from motiongen.data.sources.builtin.curves import Array, slow_noise
 from motiongen.data.sources.builtin.ik import solve
+from motiongen.data.sources.builtin.repertoire import SEATED, Act, Repertoire
 from motiongen.data.sources.builtin.score import FPS, SIDES, TRUNK
 from motiongen.data.sources.builtin.subjects import Subject
 from motiongen.motion.representation import pack
 
 LEAD = 0.5
 """Seconds of rest before the first action, so that it has a predecessor."""
-ACTIONS: dict[str, Callable[[Actor], None]] = {
-    "step": step,
-    "turn": turn,
-    "sit down": sit_down,
-    "sit": sit,
-    "stand up": stand_up,
-    "stand": stand,
-    "jump": jump,
-    "kick": kick,
-    "punch": punch,
-    "throw": throw,
-    "wave hand": wave_hand,
-}
-"""Every tag but walk and run, which share one gait."""
-_GAIT = ("walk", "run")
-_PHRASES = (
-    ("walk",), ("run",), ("step",), ("turn",), ("sit down", "sit", "stand up"), ("stand",), ("jump",), ("kick",),
-    ("punch",), ("throw",), ("wave hand",),
-)  # fmt: skip
 _BREATH = {"spine_pitch": 0.7, "left_shrug": 0.8, "right_shrug": 0.8, "head_pitch": -0.4}
 """Degrees by which a breath moves a channel."""
 
 
-def session(name: str, subject: Subject, generator: np.random.Generator) -> Sequence:
-    """One take: a person performs most of the actions once, in a random but plausible order."""
+def session(name: str, subject: Subject, generator: np.random.Generator, repertoire: Repertoire) -> Sequence:
+    """One take: a person performs actions that a repertoire draws."""
     actor = Actor(subject, generator)
+    acts = repertoire(generator)
+    if acts[0].tags[0] in SEATED:
+        be_seated(actor)
     actor.time = LEAD
     actor.score.hold(actor.time)
     segments = []
     start = actor.frame
-    for tag, end in _perform(actor, _plan(generator)):
+    for act, end in zip(acts, _perform(actor, acts), strict=True):
         stop = round(end * FPS)
-        segments.append(Segment(start, stop, (tag,)))
+        segments.append(Segment(start, stop, act.tags))
         start = stop
     curves = actor.score.read(start)
     _breathe(curves, subject, generator)
@@ -62,31 +43,20 @@ def session(name: str, subject: Subject, generator: np.random.Generator) -> Sequ
     return Sequence(name, name, features, tuple(segments))
 
 
-def _plan(generator: np.random.Generator) -> list[str]:
-    """A shuffle of the phrases without one or two of them; half of the time walk and run follow each other."""
-    kept = generator.permutation(len(_PHRASES))[: len(_PHRASES) - int(generator.integers(1, 3))]
-    phrases = [_PHRASES[index] for index in kept]
-    if generator.random() < 0.5 and ("walk",) in phrases and ("run",) in phrases:
-        pair = [("walk",), ("run",)]
-        rest = [phrase for phrase in phrases if phrase not in pair]
-        place = int(generator.integers(0, len(rest) + 1))
-        phrases = rest[:place] + [pair[index] for index in generator.permutation(2)] + rest[place:]
-    return [tag for phrase in phrases for tag in phrase]
-
-
-def _perform(actor: Actor, tags: list[str]) -> list[tuple[str, float]]:
-    """Act all tags; their ends in seconds. Neighbouring gaits become one stretch without a stop."""
-    ends: list[tuple[str, float]] = []
+def _perform(actor: Actor, acts: list[Act]) -> list[float]:
+    """Act all; their ends in seconds. Neighbouring gaits become one stretch without a stop."""
+    ends: list[float] = []
     parts: list[tuple[str, float]] = []
-    for index, tag in enumerate(tags):
-        if tag in _GAIT:
+    for index, act in enumerate(acts):
+        if act.perform is None:
+            tag = act.tags[0]
             parts.append((tag, actor.seconds(2.2, 3.4) if tag == "walk" else actor.seconds(1.9, 2.8)))
-            if index + 1 == len(tags) or tags[index + 1] not in _GAIT:
-                ends += gait(actor, parts)
+            if index + 1 == len(acts) or acts[index + 1].perform is not None:
+                ends += [end for _, end in gait(actor, parts)]
                 parts = []
         else:
-            ACTIONS[tag](actor)
-            ends.append((tag, actor.time))
+            act.perform(actor)
+            ends.append(actor.time)
     return ends
 
 

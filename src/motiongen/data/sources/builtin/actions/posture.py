@@ -11,7 +11,7 @@ from motiongen.data.sources.builtin.score import FPS
 GRAVITY = 9.81
 SEAT = 0.47
 """Height of the pelvis on a chair, metres."""
-_HANDS_ON_THIGHS = {
+HANDS_ON_THIGHS = {
     "strong_flex": 33.0, "strong_abduct": 9.0, "strong_rotate": 14.0, "strong_elbow": 22.0,
     "weak_flex": 31.0, "weak_abduct": 10.0, "weak_rotate": 16.0, "weak_elbow": 25.0,
 }  # fmt: skip
@@ -125,12 +125,12 @@ def sit_down(actor: Actor) -> None:
         start + 0.62 * span,
         {"pelvis_pitch": 34.0 * bend, "spine_pitch": 24.0 * bend, "head_twist": 0.0, "spine_twist": 0.0},
     )
-    reach = _HANDS_ON_THIGHS | {"strong_flex": 58.0, "weak_flex": 55.0, "strong_elbow": 30.0, "weak_elbow": 32.0}
+    reach = HANDS_ON_THIGHS | {"strong_flex": 58.0, "weak_flex": 55.0, "strong_elbow": 30.0, "weak_elbow": 32.0}
     actor.pose(start + 0.60 * span, reach)
     actor.move(start + 0.60 * span, middle, forward=0.72 * back, height=0.62 * seat)
     actor.move(start + 0.86 * span, middle, forward=back, height=seat - 0.008)
     actor.pose(start + 0.93 * span, {"pelvis_pitch": 2.0, "spine_pitch": actor.subject.slouch + 7.0})
-    actor.pose(start + 1.02 * span, _HANDS_ON_THIGHS, 1 / actor.subject.amplitude)
+    actor.pose(start + 1.02 * span, HANDS_ON_THIGHS, 1 / actor.subject.amplitude)
     for side in ("left", "right"):
         actor.score.key(start + 0.3 * span, f"{side}_foot_knee", 4.0)
         actor.score.key(start + 0.9 * span, f"{side}_foot_knee", 10.0)
@@ -146,7 +146,7 @@ def sit(actor: Actor) -> None:
     pitch = actor.subject.slouch + actor.uniform(2.0, 12.0)
     look = actor.uniform(-30.0, 30.0)
     actor.pose(start + 0.45 * span, {"spine_pitch": pitch, "head_twist": look, "spine_twist": 0.25 * look})
-    hands = {name: value + actor.uniform(-4.0, 4.0) for name, value in _HANDS_ON_THIGHS.items()}
+    hands = {name: value + actor.uniform(-4.0, 4.0) for name, value in HANDS_ON_THIGHS.items()}
     actor.pose(start + 0.45 * span, hands, 1 / actor.subject.amplitude)
     actor.pose(start + 0.7 * span, {"head_twist": 0.8 * look})
     actor.pose(start + span, {"spine_pitch": pitch - 2.0, "head_twist": 0.0, "spine_twist": 0.0})
