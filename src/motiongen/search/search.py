@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 WORKER, OVERRIDES, REASON, REFUSED = "worker", "overrides", "reason", "refused"
 """What is noted of a trial."""
 REFUSALS_IN_A_ROW = 200
+REFUSALS_OF_SAMPLER = 5
+"""After so many refused compositions one is drawn at random."""
 _log = logging.getLogger(__name__)
 
 
@@ -88,6 +90,7 @@ class Search:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         self.folder, self.space, self.objectives = folder, space, dict(objectives)
         self._place, self._budget, self._worker = place, budget, worker
+        self._sampler = sampler
         self._own: dict[int, Trial] = {}
         self._turn = FileLock(folder / "search.lock")
         self.study: Study = patiently(
@@ -119,12 +122,15 @@ class Search:
         Raises:
             InputError: nothing but refused compositions comes.
         """
+        from optuna.samplers import RandomSampler
         from optuna.trial import TrialState
 
         with self._turn:
             if not self._budget.left(spent(self.trials())):
                 return None
-            for _ in range(REFUSALS_IN_A_ROW):
+            for attempt in range(REFUSALS_IN_A_ROW):
+                # Samplers learn nothing of what was refused, and may ask for it again and again.
+                self.study.sampler = self._sampler if attempt < REFUSALS_OF_SAMPLER else RandomSampler()
                 trial = patiently(lambda: self.study.ask(self.space.distributions), self._place)
                 overrides = self.space.overrides(trial.params)
                 trial.set_user_attr(WORKER, self._worker.name)
