@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from hydra.core.plugins import Plugins
+from hydra.plugins.launcher import Launcher
 from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, OmegaConf
@@ -48,6 +49,10 @@ class OptunaSearch(Sweeper):
         self.name, self.storage, self.objectives = name, storage, dict(objectives)
         self.space, self.bundles, self.sampler = dict(space), _plain(bundles), sampler
         self.trials, self.hours, self.jobs, self.prune = trials, hours, jobs, prune
+
+    hydra_context: HydraContext
+    config: DictConfig
+    launcher: Launcher
 
     def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
         self.hydra_context, self.config = hydra_context, config

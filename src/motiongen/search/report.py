@@ -7,7 +7,7 @@ import json
 import logging
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -126,9 +126,7 @@ def _drawn_importances(search: Search) -> list[Path]:
         try:
             with warnings.catch_warnings(action="ignore"):
                 found = get_param_importances(
-                    search.study,
-                    evaluator=PedAnovaImportanceEvaluator(),
-                    target=lambda one, index=index: one.values[index],
+                    search.study, evaluator=PedAnovaImportanceEvaluator(), target=_value_of(index)
                 )
         except (ValueError, RuntimeError) as error:
             _log.info("No importances: %s", error)
@@ -138,6 +136,10 @@ def _drawn_importances(search: Search) -> list[Path]:
     path = search.folder / "importance.png"
     figure.savefig(path, dpi=120)
     return [path]
+
+
+def _value_of(objective: int) -> Callable[[FrozenTrial], float]:
+    return lambda trial: float(trial.values[objective])
 
 
 def _write_trials(path: Path, search: Search, trials: Sequence[FrozenTrial]) -> None:

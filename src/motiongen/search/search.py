@@ -6,6 +6,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -85,6 +86,7 @@ class Search:
         worker: Worker,
     ) -> None:
         import optuna
+        from optuna.study import StudyDirection
 
         check_objectives(objectives)
         optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -98,7 +100,7 @@ class Search:
                 study_name=name,
                 storage=open_storage(place),
                 sampler=sampler,
-                directions=list(objectives.values()),
+                directions=[StudyDirection[direction.upper()] for direction in objectives.values()],
                 load_if_exists=True,
             ),
             place,
@@ -179,7 +181,7 @@ class Search:
                     continue
                 self.tell(one.number, InterruptedError("its worker died"))
                 if one.params:
-                    patiently(lambda params=one.params: self.study.enqueue_trial(params), self._place)
+                    patiently(partial(self.study.enqueue_trial, one.params), self._place)
                     _log.info("Trial %d was left undone by a worker that died; its values are tried again", one.number)
 
     def _is_orphan(self, trial: FrozenTrial) -> bool:
