@@ -9,12 +9,13 @@ import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import Bvh, read_bvh
 from motiongen.data.sources.files import digest, read_json, required
@@ -77,9 +78,14 @@ class BandaiNamco:
 
     def sequences(self) -> Iterator[Sequence]:
         for clip in self._clips:
-            pose = self._features(clip.path, read_bvh(clip.path))
-            segments = (Segment(0, len(pose), (clip.tag,), (clip.style,)),)
-            yield Sequence(clip.path.stem, clip.group, pose, segments)
+            yield from self._read(clip)
+
+    def jobs(self) -> list[Job]:
+        return [Job(clip.path.stem, (clip.path,), partial(self._read, clip)) for clip in self._clips]
+
+    def _read(self, clip: _Clip) -> Iterator[Sequence]:
+        pose = self._features(clip.path, read_bvh(clip.path))
+        yield Sequence(clip.path.stem, clip.group, pose, (Segment(0, len(pose), (clip.tag,), (clip.style,)),))
 
     def _features(self, path: Path, bvh: Bvh) -> Tensor:
         missing = [name for name in self._joints if name not in bvh.names]

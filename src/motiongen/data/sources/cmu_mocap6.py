@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import roma
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.amc import read_amc
 from motiongen.data.sources.files import digest, read_json, required
@@ -96,12 +97,21 @@ class CmuMocap6:
 
     def sequences(self) -> Iterator[Sequence]:
         for name in self._names:
-            local, pelvis = self.pose(name)
-            count = len(local)
-            local, pelvis = resample(local, pelvis, SOURCE_FPS, FPS)
-            scale = self.skeleton().leg_length / self.skeleton_of(name).leg_length
-            segments = self._segments(self._label_file(name), count)
-            yield Sequence(name, name, features(local, pelvis * scale), segments)
+            yield from self._read(name)
+
+    def jobs(self) -> list[Job]:
+        return [
+            Job(name, (self._motion_file(name), self._label_file(name)), partial(self._read, name))
+            for name in self._names
+        ]
+
+    def _read(self, name: str) -> Iterator[Sequence]:
+        local, pelvis = self.pose(name)
+        count = len(local)
+        local, pelvis = resample(local, pelvis, SOURCE_FPS, FPS)
+        scale = self.skeleton().leg_length / self.skeleton_of(name).leg_length
+        segments = self._segments(self._label_file(name), count)
+        yield Sequence(name, name, features(local, pelvis * scale), segments)
 
     def pose(self, name: str) -> tuple[Tensor, Tensor]:
         """A sequence at 120 Hz as recorded: local rotations (T, 22, 3, 3), pelvis (T, 3) in metres, z up."""

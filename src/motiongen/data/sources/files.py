@@ -5,18 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from torch import Tensor
+
 from motiongen.data.roots import DataError
+from motiongen.motion.resampling import resample
+
+FPS = 30.0
 
 
 def digest(root: Path, paths: Iterable[Path], *settings: object) -> str:
     """SHA-256 hex of the files' names below `root`, their content, and settings that change what is made of them."""
     total = hashlib.sha256(repr(settings).encode())
     for path in sorted(paths):
-        total.update(f"\0{path.relative_to(root).as_posix()}\0".encode())
+        total.update(b"\0" + os.fsencode(path.relative_to(root).as_posix()) + b"\0")
         total.update(hashlib.sha256(path.read_bytes()).digest())
     return total.hexdigest()
 
@@ -51,3 +57,10 @@ def is_finite(word: str) -> bool:
         return math.isfinite(float(word))
     except ValueError:
         return False
+
+
+def at_thirty(local: Tensor, pelvis: Tensor, rate: float) -> tuple[Tensor, Tensor]:
+    """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3) of any rate at 30 Hz."""
+    # A rate that was rounded in the file, 30.00003 or 119.9995, would cost the last frame.
+    rate = round(rate) if abs(rate - round(rate)) < 0.01 else rate
+    return (local, pelvis) if rate == FPS else resample(local, pelvis, rate, FPS)

@@ -16,14 +16,12 @@ from torch import Tensor
 from motiongen.data.clips import DataError, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import read_bvh
-from motiongen.data.sources.files import digest, required
+from motiongen.data.sources.files import FPS, at_thirty, digest, required
 from motiongen.data.sources.retarget import features, smpl_pose
 from motiongen.motion.representation import FEATURES, unpack
-from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
 
 PARSER_VERSION = 1
-FPS = 30.0
 LABELS = "labels.csv"
 CENTIMETRES = 10.0
 """A BVH file whose pelvis is higher than this is in centimetres."""
@@ -54,7 +52,7 @@ class MotionFolder:
     def __init__(self, *, root: str, skeleton: Skeleton) -> None:
         self._root = check_root(root, "motions")
         self._skeleton = skeleton
-        self._labels = _labels(self._root / LABELS)
+        self._labels = read_labels(self._root / LABELS)
 
     def fingerprint(self) -> str:
         paths = [self._root / LABELS, *(self._root / name for name in self._labels)]
@@ -85,7 +83,12 @@ def read_motion(path: Path) -> Tensor:
     return pose
 
 
-def _labels(path: Path) -> dict[str, tuple[str, ...]]:
+def read_labels(path: Path) -> dict[str, tuple[str, ...]]:
+    """The tags of every file that a table with the columns `file` and `tags` lists; the files are there.
+
+    Raises:
+        DataError: the table or a file is missing, or the table is not of this form.
+    """
     with required(path).open(newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
         if missing := {"file", "tags"} - set(reader.fieldnames or ()):
@@ -118,7 +121,7 @@ def _npz(path: Path) -> tuple[Tensor, Tensor]:
     if len(local) != len(pelvis):
         raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
     rate = float(content.get("mocap_framerate", content.get("fps", FPS)))
-    return _at_thirty(local, pelvis, rate)
+    return at_thirty(local, pelvis, rate)
 
 
 def _array(path: Path, content: Mapping[str, Any], field: str, width: int) -> Tensor:
@@ -140,9 +143,4 @@ def _bvh(path: Path) -> tuple[Tensor, Tensor]:
     pelvis = positions[:, columns[0]]
     metres = 0.01 if float(pelvis[:, 1].abs().max()) > CENTIMETRES else 1.0
     local, pelvis = smpl_pose(rotations[:, columns], torch.eye(3).to(rotations).expand(JOINTS, 3, 3), pelvis * metres)
-    return _at_thirty(local, pelvis, bvh.fps)
-
-
-def _at_thirty(local: Tensor, pelvis: Tensor, rate: float) -> tuple[Tensor, Tensor]:
-    # A rate that was rounded in the file, 30.00003, would cost the last frame.
-    return (local, pelvis) if abs(rate - FPS) < 0.01 else resample(local, pelvis, rate, FPS)
+    return at_thirty(local, pelvis, bvh.fps)
