@@ -152,10 +152,11 @@ def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float
     waiting = [job for job in jobs if job.name not in journal.done]
     paths = [path for job in waiting for path in job.paths]
     sizes = [path.stat().st_size for path in paths if path.is_file()]
-    _log.info(
-        f"{source.name}: {len(waiting)} of {len(jobs)} parts are to be read, {len(paths)} files of "
-        f"{sum(sizes) / 1e6:.1f} MB; {len(paths) - len(sizes)} files are missing"
-    )
+    if paths:
+        _log.info(
+            f"{source.name}: {len(waiting)} of {len(jobs)} parts are to be read, {len(paths)} files of "
+            f"{sum(sizes) / 1e6:.1f} MB; {len(paths) - len(sizes)} files are missing"
+        )
     names = {row["name"] for entry in journal.done.values() for row in entry.get("sequences", ())}
     started = time.monotonic()
     with Progress(transient=True) as progress:

@@ -114,7 +114,7 @@ class BvhFolder:
         bvh = read_bvh(path)
         local, pelvis, offsets = self._pose(path, bvh)
         scale = self._legs / Skeleton(offsets.float()).leg_length
-        pose = features(*at_thirty(local, pelvis * scale, bvh.fps))
+        pose = features(*at_thirty(path, local, pelvis * scale, bvh.fps))
         name = path.relative_to(self._root).with_suffix("").as_posix()
         yield Sequence(_printable(name), _printable(group), pose, (Segment(0, len(pose), tags, style),))
 

@@ -15,7 +15,7 @@ from torch import Tensor
 from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.amc import read_amc
-from motiongen.data.sources.files import digest, read_json, required
+from motiongen.data.sources.files import digest, read_json, read_text, required
 from motiongen.data.sources.retarget import features, rotation_between, smpl_pose
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, PARENTS, Skeleton
@@ -176,7 +176,7 @@ class CmuMocap6:
 
     def _segments(self, path: Path, frames: int) -> tuple[Segment, ...]:
         """Label k holds for AMC frames 12 k to 12 k + 11, frames 3 k to 3 k + 2 at 30 Hz; the last may be cut."""
-        words = path.read_text(encoding="utf-8", errors="replace").split()
+        words = read_text(path).split()
         wrong = next((place for place, word in enumerate(words) if word not in self._actions), None)
         if wrong is not None:
             raise DataError(f"{path}: label {wrong}: {words[wrong]!r} is none of {', '.join(self._actions)}")
@@ -211,6 +211,6 @@ def _skeleton(path: Path) -> tuple[dict[str, str], dict[str, _Bone], list[str]]:
         unknown = set(joints) - {"root", *bones}
         if unknown:
             raise DataError(f"{path}: smpl22: no joint {min(unknown)}")
-    except (KeyError, TypeError, AttributeError, RuntimeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, OverflowError) as error:
         raise DataError(f"{path}: {type(error).__name__}: {error}") from error
     return actions, bones, joints

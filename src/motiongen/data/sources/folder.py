@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,16 +11,19 @@ import roma
 import torch
 from torch import Tensor
 
+from motiongen.arrays import read_npz
 from motiongen.data.clips import DataError, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import read_bvh
-from motiongen.data.sources.files import FPS, at_thirty, digest, required
+from motiongen.data.sources.files import FPS, LARGEST_VALUE, at_thirty, digest, read_table, required
 from motiongen.data.sources.retarget import features, smpl_pose
+from motiongen.files import is_file
 from motiongen.motion.representation import FEATURES, unpack
 from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
 
 PARSER_VERSION = 1
 LABELS = "labels.csv"
+FIELDS = ("features", "poses", "trans", "rest_pelvis", "mocap_framerate", "fps")
 CENTIMETRES = 10.0
 """A BVH file whose pelvis is higher than this is in centimetres."""
 
@@ -89,15 +90,16 @@ def read_labels(path: Path) -> dict[str, tuple[str, ...]]:
     Raises:
         DataError: the table or a file is missing, or the table is not of this form.
     """
-    with required(path).open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if missing := {"file", "tags"} - set(reader.fieldnames or ()):
-            raise DataError(f"{path}: column {min(missing)!r} is missing")
-        labels = {row["file"]: tuple(tag.strip() for tag in row["tags"].split("+")) for row in reader}
+    rows = read_table(path, ("file", "tags"))
+    labels = {row["file"]: tuple(tag.strip() for tag in row["tags"].split("+")) for row in rows}
     if not labels:
         raise DataError(f"{path}: no files are listed")
-    for name in labels:
-        if not required(path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+    for name, tags in labels.items():
+        if not all(tags):
+            raise DataError(f"{path}: tags of {name!r:.200}: {'+'.join(tags)!r:.200} has an empty tag")
+        if not is_file(path.parent / name):
+            raise DataError(f"{path}: {name[:200]}: the file is missing")
+        if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
             raise DataError(f"{path}: file {name!r} lies outside the folder")
     return labels
 
@@ -105,9 +107,8 @@ def read_labels(path: Path) -> dict[str, tuple[str, ...]]:
 def _npz(path: Path) -> tuple[Tensor, Tensor]:
     """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), at 30 Hz."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            content = {name: file[name] for name in file.files if file[name].dtype.kind in "fiu"}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        content = {name: array for name, array in read_npz(path, FIELDS).items() if array.dtype.kind in "fiu"}
+    except ValueError as error:
         raise DataError(f"{path}: not an NPZ file of plain arrays: {error}") from error
     if "features" in content:
         local, pelvis = unpack(_array(path, content, "features", FEATURES))
@@ -120,8 +121,10 @@ def _npz(path: Path) -> tuple[Tensor, Tensor]:
         pelvis = _array(path, content, "trans", 3) + torch.from_numpy(rest.astype(np.float64))
     if len(local) != len(pelvis):
         raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
-    rate = float(content.get("mocap_framerate", content.get("fps", FPS)))
-    return at_thirty(local, pelvis, rate)
+    rate = content.get("mocap_framerate", content.get("fps", np.array(FPS)))
+    if rate.size != 1:
+        raise DataError(f"{path}: field 'mocap_framerate' or 'fps' has shape {rate.shape}, not ()")
+    return at_thirty(path, local, pelvis, float(rate.item()))
 
 
 def _array(path: Path, content: Mapping[str, Any], field: str, width: int) -> Tensor:
@@ -131,7 +134,11 @@ def _array(path: Path, content: Mapping[str, Any], field: str, width: int) -> Te
     array = content[field]
     if array.ndim != 2 or array.shape[1] < width or not len(array):
         raise DataError(f"{path}: field {field!r} has shape {array.shape}, not (frames, {width})")
-    return torch.from_numpy(array.astype(np.float64))
+    values = array.astype(np.float64)
+    # NaN compares false.
+    if not (np.abs(values) <= LARGEST_VALUE).all():
+        raise DataError(f"{path}: field {field!r}: a frame is not finite, or beyond {LARGEST_VALUE:g}")
+    return torch.from_numpy(values)
 
 
 def _bvh(path: Path) -> tuple[Tensor, Tensor]:
@@ -143,4 +150,4 @@ def _bvh(path: Path) -> tuple[Tensor, Tensor]:
     pelvis = positions[:, columns[0]]
     metres = 0.01 if float(pelvis[:, 1].abs().max()) > CENTIMETRES else 1.0
     local, pelvis = smpl_pose(rotations[:, columns], torch.eye(3).to(rotations).expand(JOINTS, 3, 3), pelvis * metres)
-    return at_thirty(local, pelvis, bvh.fps)
+    return at_thirty(path, local, pelvis, bvh.fps)
