@@ -21,7 +21,8 @@ from motiongen.files import is_file
 from motiongen.motion.representation import FEATURES, unpack
 from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
 
-PARSER_VERSION = 1
+PARSER_VERSION = 2
+"""Counted up whenever the same files give other features, so that older stores are not taken for new ones."""
 LABELS = "labels.csv"
 FIELDS = ("features", "poses", "trans", "rest_pelvis", "mocap_framerate", "fps")
 CENTIMETRES = 10.0
