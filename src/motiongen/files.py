@@ -21,3 +21,11 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         partial.unlink(missing_ok=True)
         raise
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a file; also of names that no file can have."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False

@@ -39,6 +39,7 @@ def test_a_run_holds_all_that_was_logged(uri: str, tmp_path: Path) -> None:
     for step in range(3):
         kept.log_metrics({"loss": 1.0 / (step + 1), "odd": math.nan}, step)
     kept.log_metrics({"fid": 2.5, "marionette-data.draws=5-s0/fid": 3.5})
+    kept.log_data("bandai", "ab" * 32, {"tags": ["walk"], "train_clips": 4})
     kept.log_table("actions_marionette-data.draws=5-s0", [{"action": "walk"}])
     kept.log_table("metrics", [{"system": "real", "fid": 0.1}, {"system": "generated", "fid": 2.5}])
     (tmp_path / "page.html").write_text("<p>moves</p>")
@@ -51,6 +52,10 @@ def test_a_run_holds_all_that_was_logged(uri: str, tmp_path: Path) -> None:
     assert run.data.params["generator.width"] == "8"
     assert run.data.params["generator.long"] == "x" * 250
     assert run.data.tags["generator/encoder"] == "y"
+    (used,) = run.inputs.dataset_inputs
+    assert (used.dataset.name, used.dataset.digest) == ("bandai", "ab" * 18)
+    assert json.loads(used.dataset.source) == {"fingerprint": "ab" * 32}
+    assert json.loads(used.dataset.profile) == {"tags": ["walk"], "train_clips": 4}
     assert run.data.metrics["fid"] == 2.5
     assert run.data.metrics["marionette-data.draws:5-s0/fid"] == 3.5
     history = MlflowClient(uri).get_metric_history(run.info.run_id, "loss")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from pathlib import Path
+from typing import Literal, Protocol, runtime_checkable
 
 from torch import Tensor
 
 from motiongen.data.roots import DataError
 from motiongen.motion.skeleton import Skeleton
 
-__all__ = ["INITIAL_FRAMES", "DataError", "Segment", "Sequence", "Side", "Source", "Span"]
+__all__ = ["INITIAL_FRAMES", "DataError", "Divisible", "Job", "Segment", "Sequence", "Side", "Source", "Span"]
 
 INITIAL_FRAMES = 6
 """K, the frames of motion that are given before an action (Neural Marionette, section 3.1)."""
@@ -68,3 +69,23 @@ class Source(Protocol):
         ...
 
     def sequences(self) -> Iterator[Sequence]: ...
+
+
+@dataclass(frozen=True)
+class Job:
+    """A part of a source that is read by itself, as a rule one file; jobs have different names."""
+
+    name: str
+    paths: tuple[Path, ...]
+    """The files that it reads, for those who want to know how much there is."""
+    read: Callable[[], Iterable[Sequence]]
+    """Raises DataError if this part is damaged."""
+
+
+@runtime_checkable
+class Divisible(Protocol):
+    """A source that offers its parts: damaged ones are left out, and a preparation that was broken off goes on."""
+
+    def jobs(self) -> list[Job]:
+        """The parts, whose sequences one after another are `Source.sequences()`."""
+        ...

@@ -15,7 +15,7 @@ from motiongen.contracts import MotionBatch
 from motiongen.data.clips import INITIAL_FRAMES, DataError, Source, Span
 from motiongen.data.dataset import Item, MotionDataset, bucketed, collate, random_window
 from motiongen.data.splits import Clip, all_clips, split, validation_split, without_labels
-from motiongen.data.store import ClipStore
+from motiongen.data.store import MAX_REJECTED, ClipStore
 from motiongen.data.transitions import draw_transition
 from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
@@ -39,6 +39,8 @@ class MotionData:
 
     Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
     every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
+
+    Damaged parts of the source are left out, unless they are more than the share `max_rejected`.
 
     Raises:
         InputError: `max_frames` below `min_frames`.
@@ -64,11 +66,12 @@ class MotionData:
         beginnings: Share = 0.0,
         transitions: Share = 0.0,
         hidden_labels: Share = 0.0,
+        max_rejected: Share = MAX_REJECTED,
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
         self.name = source.name
-        self.store = ClipStore.open(source, Path(cache))
+        self.store = ClipStore.open(source, Path(cache), max_rejected)
         self.split = split(
             self.store,
             split_seed,

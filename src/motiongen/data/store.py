@@ -7,23 +7,29 @@ import json
 import logging
 import os
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import torch
 from filelock import FileLock
-from rich.progress import track
+from rich.progress import Progress
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence, Side, Source
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence, Side, Source
+from motiongen.data.journal import FEATURES_FILE, JOURNAL_FILE, Journal
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import Skeleton
 
 FORMAT = 3
 """Counted up when the layout on disk changes."""
+MAX_REJECTED = 0.2
+"""Share of a source's parts that may be damaged before the whole is taken to be."""
+TIMED = 5
+"""Parts that are read before it is said how long the rest will take."""
 
 _log = logging.getLogger(__name__)
 
@@ -50,22 +56,26 @@ class ClipStore:
     """Sequences of a data set on disk: `features.npy` (all frames one after another) and `index.json`.
 
     A store is written beside its place and moved there when it is complete, so a folder of that name is a whole store;
-    its size and hash are checked whenever it is opened.
+    its size and hash are checked whenever it is opened. A preparation that was broken off goes on where it was.
     """
 
     def __init__(self, folder: Path) -> None:
         """Open a complete store; use `ClipStore.open` to get one from a source."""
+        self.folder = folder
+        self.was_made = False
         try:
             index = json.loads((folder / "index.json").read_bytes())
             if index["format"] != FORMAT:
                 raise DamagedStore(f"format {index['format']} instead of {FORMAT}")
-            if _sha256(folder / "features.npy") != index["sha256"]:
+            if _sha256(folder / FEATURES_FILE) != index["sha256"]:
                 raise DamagedStore("features.npy is not what was written")
-            self._frames = np.load(folder / "features.npy", mmap_mode="r", allow_pickle=False)
+            self._frames = np.load(folder / FEATURES_FILE, mmap_mode="r", allow_pickle=False)
             self.fingerprint: str = index["fingerprint"]
             self.skeleton = Skeleton(torch.tensor(index["skeleton"], dtype=torch.float32))
             self.root_tags: frozenset[str] = frozenset(index["root_tags"])
             self.sequences: tuple[StoredSequence, ...] = tuple(_stored(row) for row in index["sequences"])
+            # Stores of sources that have no parts need not have it.
+            self.quarantine: dict[str, str] = dict(index.get("quarantine", {}))
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise DamagedStore(f"{type(error).__name__}: {error}") from error
         segments = [segment for sequence in self.sequences for segment in sequence.segments]
@@ -73,13 +83,18 @@ class ClipStore:
         self.styles: tuple[str, ...] = tuple(sorted({style for segment in segments for style in segment.styles}))
 
     @classmethod
-    def open(cls, source: Source, cache: Path | str) -> ClipStore:
+    def open(cls, source: Source, cache: Path | str, max_rejected: float = MAX_REJECTED) -> ClipStore:
         """The source's store below `cache`, made first where it is missing, damaged or of another fingerprint.
 
         Any number of processes may ask at once: one makes the store, the others wait for it.
 
+        Args:
+            source: parts of it that are damaged are left out, with the reason in `quarantine`.
+            cache: the folder of all stores.
+            max_rejected: the share of parts above which they are not left out, 0 to 1.
+
         Raises:
-            DataError: the source delivers something that is not of the promised form; nothing is left behind then.
+            DataError: too many parts are damaged, or all of a source that has no parts; nothing is left behind then.
         """
         fingerprint = source.fingerprint()
         folder = Path(cache).expanduser() / "clips" / f"{source.name}-{fingerprint[:16]}"
@@ -91,17 +106,17 @@ class ClipStore:
                 except DamagedStore as damage:
                     _log.warning("The store %s is damaged (%s) and is made anew", folder, damage)
                     shutil.rmtree(folder)
+            # Whatever a process left that was killed here: only the holder of the lock gets to see it.
             unfinished = folder.with_name(f"{folder.name}.unfinished")
-            # A process that was killed here left its part; only the holder of the lock gets to see it.
-            shutil.rmtree(unfinished, ignore_errors=True)
-            unfinished.mkdir()
             try:
-                _write(source, fingerprint, unfinished)
-                os.replace(unfinished, folder)
-            except BaseException:
-                shutil.rmtree(unfinished, ignore_errors=True)
+                _write(source, fingerprint, unfinished, max_rejected)
+            except DataError:
+                shutil.rmtree(unfinished)
                 raise
-            return cls(folder)
+            os.replace(unfinished, folder)
+            store = cls(folder)
+            store.was_made = True
+            return store
 
     def features(self, index: int, start: int = 0, stop: int | None = None) -> Tensor:
         """A copy of frames [start, stop) of a sequence, (T, 135) float32; all of them by default."""
@@ -112,51 +127,81 @@ class ClipStore:
         return torch.from_numpy(np.array(self._frames[sequence.first + start : sequence.first + stop]))
 
 
-def _write(source: Source, fingerprint: str, folder: Path) -> None:
-    rows: list[dict[str, Any]] = []
-    names: set[str] = set()
-    total = 0
-    with (folder / "features.npy").open("wb") as file:
-        _write_header(file, 0)
-        for sequence in _with_progress(source):
-            _check(source, sequence, names)
-            names.add(sequence.name)
-            file.write(sequence.features.numpy().tobytes())
-            length = len(sequence.features)
-            rows.append(
-                {
-                    "name": sequence.name,
-                    "group": sequence.group,
-                    "length": length,
-                    "segments": [asdict(segment) for segment in sequence.segments],
-                    "side": sequence.side,
-                }
-            )
-            total += length
-        # NumPy pads headers so that the count of rows can grow in place.
-        file.seek(0)
-        _write_header(file, total)
-    if not rows:
-        raise DataError(f"{source.name}: no sequences")
+def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float) -> None:
+    jobs = source.jobs() if isinstance(source, Divisible) else [Job(source.name, (), source.sequences)]
+    with Journal(folder, fingerprint) as journal:
+        _fill(source, jobs, journal, max_rejected)
+        rows = [row for job in jobs for row in journal.done[job.name].get("sequences", ())]
+        if not rows:
+            raise DataError(next(iter(journal.rejected.values()), f"{source.name}: no sequences"))
+        journal.seal()
     index = {
         "format": FORMAT,
         "source": source.name,
         "fingerprint": fingerprint,
-        "sha256": _sha256(folder / "features.npy"),
+        "sha256": _sha256(folder / FEATURES_FILE),
         "skeleton": source.skeleton().offsets.tolist(),
         "root_tags": sorted(source.root_tags),
         "sequences": _with_first(rows),
+        "quarantine": journal.rejected,
     }
     (folder / "index.json").write_text(json.dumps(index), encoding="utf-8")
+    (folder / JOURNAL_FILE).unlink()
 
 
-def _with_progress(source: Source) -> Iterator[Sequence]:
-    yield from track(source.sequences(), description=f"Preparing {source.name}", total=len(source))
+def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float) -> None:
+    """Read every part that the journal has not yet; stop as soon as it is certain that too many are damaged."""
+    waiting = [job for job in jobs if job.name not in journal.done]
+    paths = [path for job in waiting for path in job.paths]
+    sizes = [path.stat().st_size for path in paths if path.is_file()]
+    if paths:
+        _log.info(
+            f"{source.name}: {len(waiting)} of {len(jobs)} parts are to be read, {len(paths)} files of "
+            f"{sum(sizes) / 1e6:.1f} MB; {len(paths) - len(sizes)} files are missing"
+        )
+    names = {row["name"] for entry in journal.done.values() for row in entry.get("sequences", ())}
+    started = time.monotonic()
+    with Progress(transient=True) as progress:
+        bar = progress.add_task(f"Preparing {source.name}", total=len(source))
+        progress.advance(bar, len(names) + len(journal.rejected))
+        for number, job in enumerate(waiting, start=1):
+            _refuse_too_many(source, journal.rejected, len(jobs), max_rejected)
+            rows: list[dict[str, Any]] = []
+            try:
+                for sequence in job.read():
+                    _check(source, sequence, names)
+                    journal.append(sequence.features.numpy().tobytes())
+                    rows.append(_row(sequence))
+                    names.add(sequence.name)
+                    progress.advance(bar)
+                journal.close_part(job.name, rows)
+            except DataError as error:
+                journal.reject_part(job.name, str(error))
+                names -= {row["name"] for row in rows}
+            if number == TIMED < len(waiting):
+                seconds = (time.monotonic() - started) * (len(waiting) / TIMED - 1)
+                progress.print(f"{source.name}: about {seconds:.0f} seconds to go", markup=False)
+    _refuse_too_many(source, journal.rejected, len(jobs), max_rejected)
 
 
-def _write_header(file: BinaryIO, frames: int) -> None:
-    header = {"descr": "<f4", "fortran_order": False, "shape": (frames, FEATURES)}
-    np.lib.format.write_array_header_1_0(file, header)
+def _refuse_too_many(source: Source, rejected: Mapping[str, str], count: int, share: float) -> None:
+    if len(rejected) > share * count:
+        first = next(iter(rejected.values()))
+        few = (
+            f"{source.name}: {len(rejected)} of {count} parts are damaged, more than data.max_rejected={share:g} allows"
+        )
+        raise DataError(first if count == 1 else f"{first}\n{few}")
+
+
+def _row(sequence: Sequence) -> dict[str, Any]:
+    segments = [asdict(segment) for segment in sequence.segments]
+    return {
+        "name": sequence.name,
+        "group": sequence.group,
+        "length": len(sequence.features),
+        "segments": segments,
+        "side": sequence.side,
+    }
 
 
 def _with_first(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

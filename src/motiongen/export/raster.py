@@ -80,7 +80,13 @@ def pictures(scene: Scene, picked: Sequence[int], size: int) -> Iterator[Image.I
 
 
 def render_strip(path: Path, scene: Scene, *, frames: int = 8, height: int = 360) -> None:
-    """Write a PNG with poses side by side along time, evenly spaced, with the labels and seconds below.
+    """Write the picture of `strip` as a PNG."""
+    with replacing(path) as partial:
+        strip(scene, frames=frames, height=height).save(partial, format="PNG", optimize=True)
+
+
+def strip(scene: Scene, *, frames: int = 8, height: int = 360) -> Image.Image:
+    """Poses side by side along time, evenly spaced, with the labels and seconds below.
 
     The first pose is the last initial frame (gray) where there is one. Poses stand beside each other whether or not the
     motion travels; heights and headings are the motion's.
@@ -115,9 +121,7 @@ def render_strip(path: Path, scene: Scene, *, frames: int = 8, height: int = 360
         draw_mesh(canvas, camera, mesh, faces, _rgb(GIVEN) if frame < scene.initial_frames else colors)
     picture = to_image(canvas).reduce(SUPERSAMPLING)
     centers = camera.project((places[:, None] * right).astype(np.float32))[0][:, 0] / SUPERSAMPLING
-    sheet = _timeline(picture, scene, picked, centers.tolist())
-    with replacing(path) as partial:
-        sheet.save(partial, format="PNG", optimize=True)
+    return _timeline(picture, scene, picked, centers.tolist())
 
 
 def _vertices(scene: Scene, frames: Sequence[int]) -> Array:

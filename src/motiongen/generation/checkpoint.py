@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -12,7 +11,7 @@ import torch
 from motiongen.contracts import GeneratorModule
 from motiongen.data.clips import Span
 from motiongen.errors import InputError
-from motiongen.files import replacing
+from motiongen.files import is_file, replacing
 
 FORMAT = 1
 
@@ -43,11 +42,12 @@ def load_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) 
     Raises:
         CheckpointError: no such file, not such a file, or made for other tags, sizes or stages.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise CheckpointError(f"{path}: no such file; has the run finished its training?")
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, EOFError, OSError) as error:
+    except Exception as error:
+        # A damaged pickle can raise nearly anything.
         raise CheckpointError(f"{path}: not a generator's weights ({type(error).__name__}: {error})") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise CheckpointError(f"{path}: field 'format' is not {FORMAT}; the file is from another version or program")
@@ -62,6 +62,6 @@ def load_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) 
         )
     try:
         generator.load_state_dict(content["state"])
-    except RuntimeError as error:
+    except Exception as error:
         raise CheckpointError(f"{path}: field 'state' does not fit this composition: {error}") from error
     return tuple(content["trained_on"])

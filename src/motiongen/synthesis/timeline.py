@@ -161,8 +161,8 @@ def _document(path: Path) -> Timeline:
     if problems:
         raise TimelineError(f"{path}: {_reworded(problems[-1])}")
     start = content.get("start")
-    return _checked(
-        Timeline(
+    try:
+        timeline = Timeline(
             actions=tuple(_action(entry) for entry in content["actions"]),
             path=_points(content.get("path")),
             start=None if start is None else _start(start, path),
@@ -171,7 +171,9 @@ def _document(path: Path) -> Timeline:
             variants=content.get("variants"),
             name=str(path),
         )
-    )
+    except OverflowError as error:
+        raise TimelineError(f"{path}: a number is too large: {error}") from error
+    return _checked(timeline)
 
 
 def _action(entry: dict[str, Any]) -> Action:
@@ -201,7 +203,7 @@ def _checked(timeline: Timeline) -> Timeline:
     """
     for number, action in enumerate(timeline.actions):
         where = f"{timeline.name}: actions[{number}]"
-        if not math.isfinite(action.seconds):
+        if not math.isfinite(action.seconds * FPS):
             raise TimelineError(f"{where}.seconds: {action.seconds} is not a duration")
         if action.frames < 1:
             raise TimelineError(f"{where}.seconds: {action.seconds:g} s is less than a frame ({1 / FPS:.3f} s)")
@@ -274,7 +276,12 @@ def _unique(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
 
 
 class _UniqueKeys(yaml.SafeLoader):
-    """Reads mappings by `_unique`."""
+    """Reads mappings by `_unique`, and no aliases: a few of them, one within another, stand for millions of entries."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError(f"an alias (*{self.peek_event().anchor}) is not read here")
+        return super().compose_node(parent, index)
 
 
 def _mapping(loader: _UniqueKeys, node: yaml.MappingNode) -> dict[Any, Any]:

@@ -103,7 +103,7 @@ TASKS: dict[str, Task] = {
     "long_motion": Task(
         _long_motion, ("scale", "data", *JUDGING, "sequences", "corrections", "tracker"), needs=("runs",)
     ),
-    "prepare": Task(_prepare, ("scale", "data")),
+    "prepare": Task(_prepare, ("scale", "data", "body", "tracker")),
     "train_recognizer": Task(_train_recognizer, ("scale", "data", "recognizer", "tracker")),
     "report": Task(_report, needs=("results|study",), answers=True),
     "list": Task(_list, answers=True),

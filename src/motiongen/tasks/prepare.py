@@ -2,28 +2,48 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
-
 from omegaconf import DictConfig
 
 from motiongen.data.datamodule import MotionData
-from motiongen.data.splits import Clip
+from motiongen.data.statistics import FPS, Statistics, statistics_of
 from motiongen.evaluation.table import markdown
-from motiongen.tasks.assembly import build_data
+from motiongen.tasks.assembly import build_body, build_data, run_folder
+from motiongen.tasks.data_pictures import draw_clips, draw_transitions
+from motiongen.tasks.record import Record
 
 
 def run(config: DictConfig) -> None:
-    """Parse the data unless the cache holds it, and print what is in it."""
+    """Parse the data unless the cache holds it, and say what is in it; pictures and a record are made of new data."""
     data = build_data(config)
-    train, test = _count(data, data.split.train), _count(data, data.split.test)
-    rows = [{"tag": tag, "training clips": str(train[tag]), "test clips": str(test[tag])} for tag in data.tags]
-    print(markdown(rows))
-    for tag, reason in data.split.left_out.items():
-        print(f"left out: {tag} ({reason})")
-    frames = sum(sequence.length for sequence in data.store.sequences)
-    print(f"{data.name}: {len(data.store.sequences)} sequences, {frames} frames, fingerprint {data.fingerprint[:12]}")
+    statistics = statistics_of(data)
+    lines = report(data, statistics)
+    if not data.store.was_made:
+        print("\n".join([*lines, f"It was prepared before: {data.store.folder}"]))
+        return
+    folder = run_folder()
+    with Record(config, folder) as record:
+        record.data(data)
+        pictures = [draw_clips(folder / "clips.png", data, build_body(config, data))]
+        if statistics.transitions.any():
+            pictures.append(draw_transitions(folder / "transitions.png", statistics))
+        record.preparation(lines, pictures)
+    record.print_outcome()
 
 
-def _count(data: MotionData, clips: Iterable[Clip]) -> Counter[str]:
-    return Counter(tag for clip in clips for tag in data.store.sequences[clip.sequence].segments[clip.segment].tags)
+def report(data: MotionData, statistics: Statistics) -> list[str]:
+    """Counts, and what was dropped and why, as lines of Markdown."""
+    lines = [
+        markdown(statistics.rows()),
+        "",
+        f"{data.name}: {statistics.sequences} sequences, {len(statistics.clips)} clips, {statistics.frames} frames, "
+        f"{statistics.frames / FPS / 3600:.2f} hours, fingerprint {data.fingerprint[:12]}",
+        f"Split: {len(data.split.train)} clips to train, {len(data.split.test)} to test",
+    ]
+    if dropped := len(statistics.clips) - statistics.used:
+        lines.append(f"Dropped: {dropped} clips that are too short or have no tag that is on both sides")
+    lines += [f"Left out: {tag} ({reason})" for tag, reason in data.split.left_out.items()]
+    quarantine = list(data.store.quarantine.items())
+    if quarantine:
+        lines.append(f"Quarantine: {len(quarantine)} damaged parts")
+    lines += [f"- {name}: {reason}" for name, reason in quarantine]
+    return lines

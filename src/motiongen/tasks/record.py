@@ -95,6 +95,15 @@ class Record:
             "tags": list(data.tags),
             "left_out": data.split.left_out,
         }
+        self.tracker.log_data(data.name, data.fingerprint, self._summary["data"])
+
+    def preparation(self, lines: Sequence[str], pictures: Sequence[Path]) -> None:
+        """What preparing the data came to, in Markdown, and pictures of it."""
+        path = self._folder / "data.md"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="backslashreplace")
+        for file in (path, *pictures):
+            self.tracker.log_artifact(file)
+        self._closing.append("\n".join([*lines, *(f"Picture: {picture}" for picture in pictures)]))
 
     def evaluation(
         self, evaluations: Sequence[Evaluation], groups: Mapping[str, Sequence[str]] = MappingProxyType({})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import re
@@ -24,6 +25,7 @@ SQLITE = "sqlite:///"
 LONGEST_PARAM = 250
 PARENT = "mlflow.parentRunId"
 """The tag by which the user interface shows one run below another."""
+LONGEST_DIGEST = 36
 NOT_IN_NAMES = re.compile(r"[^\w\-. :/]")
 """What MLflow refuses in the name of a metric, such as the = of `data.draws=5` in that of a run."""
 PARAMS_A_REQUEST = 100
@@ -137,6 +139,15 @@ class MlflowTracker:
         self._send()
         columns = {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
         self.client.log_table(self._run_id, columns, f"{name}.json")
+
+    def log_data(self, name: str, fingerprint: str, facts: Mapping[str, Any]) -> None:
+        from mlflow.entities import Dataset, DatasetInput
+
+        source = json.dumps({"fingerprint": fingerprint})
+        dataset = Dataset(
+            name, fingerprint[:LONGEST_DIGEST], "motiongen", source, profile=json.dumps(dict(facts), allow_nan=False)
+        )
+        self.client.log_inputs(self._run_id, datasets=[DatasetInput(dataset)])
 
     def log_artifact(self, path: Path, folder: str = "") -> None:
         self._send()

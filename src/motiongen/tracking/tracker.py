@@ -39,6 +39,10 @@ class Tracker(Protocol):
         """Rows with the same keys, shown as a table called `name`."""
         ...
 
+    def log_data(self, name: str, fingerprint: str, facts: Mapping[str, Any]) -> None:
+        """Which data the run is about: its name, the digest that tells it from others, and what is known of it."""
+        ...
+
     def log_artifact(self, path: Path, folder: str = "") -> None:
         """A file, or a folder with all that is in it, kept under `folder`."""
         ...

@@ -120,7 +120,7 @@ def read_amass(path: Path, people: People) -> Tensor:
     person = people.person(model, gender, tuple(map(float, betas.ravel())))
     pelvis = (trans + person.rest_pelvis) * (people.skeleton.leg_length / person.leg_length)
     local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
-    return features(*at_thirty(local, pelvis, _rate(path, content)))
+    return features(*at_thirty(path, local, pelvis, _rate(path, content)))
 
 
 def checksums(path: Path) -> list[tuple[str, int, int]]:

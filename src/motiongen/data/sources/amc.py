@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
-from motiongen.data.sources.files import is_finite
+from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_text
+
+FRAME = re.compile("[0-9]{1,12}")
 
 
 def read_amc(path: Path, widths: Mapping[str, int]) -> dict[str, Tensor]:
@@ -27,13 +30,13 @@ def read_amc(path: Path, widths: Mapping[str, int]) -> dict[str, Tensor]:
     rows: dict[str, list[str]] = {bone: [] for bone in widths}
     places: dict[str, list[int]] = {bone: [] for bone in widths}
     frames = 0
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    lines = read_text(path).splitlines()
     for number, line in enumerate(lines, start=1):
         bone, _, values = line.strip().partition(" ")
         if bone in rows:
             rows[bone].append(values)
             places[bone].append(number)
-        elif bone.isdigit() and not values:
+        elif FRAME.fullmatch(bone) and not values:
             _check_complete(path, number, rows, frames)
             frames += 1
             if int(bone) != frames:
@@ -56,7 +59,7 @@ def _table(path: Path, bone: str, rows: list[str], places: list[int], width: int
         values = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
         values = np.empty((0, 0))
-    if values.shape == (len(rows), width) and np.isfinite(values).all():
+    if values.shape == (len(rows), width) and (np.abs(values) <= LARGEST_VALUE).all():
         return torch.from_numpy(values)
     for number, row in zip(places, rows, strict=True):
         words = row.split()
@@ -64,5 +67,5 @@ def _table(path: Path, bone: str, rows: list[str], places: list[int], width: int
             raise DataError(f"{path}:{number}: {bone}: {len(words)} values, not {width}; is the file cut?")
         for word in words:
             if not is_finite(word):
-                raise DataError(f"{path}:{number}: {bone}: {word!r} is no finite number")
+                raise DataError(f"{path}:{number}: {bone}: {word!r:.40} is no finite number")
     raise DataError(f"{path}:{places[0]}: {bone}: values cannot be read as numbers")

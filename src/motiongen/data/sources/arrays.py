@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +10,22 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from motiongen.arrays import read_npz
 from motiongen.data.roots import DataError
-from motiongen.data.sources.files import required
+from motiongen.data.sources.files import LARGEST_VALUE, required
 from motiongen.unpickling import RefusedPickle, read_pickle
 
 
-def read_arrays(path: Path, names: Iterable[str] | None = None) -> dict[str, Any]:
+def read_arrays(path: Path, names: Collection[str] | None = None) -> dict[str, Any]:
     """The arrays of an NPZ file, or those among `names`.
 
     Raises:
-        DataError: the file is missing, damaged, or one of these arrays holds Python objects.
+        DataError: the file is missing, damaged, or one of these arrays holds Python objects or is too large.
     """
     required(path)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files if names is None or name in names}
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        return read_npz(path, names)
+    except ValueError as error:
         raise DataError(f"{path}: not an NPZ file of plain arrays: {error}") from error
 
 
@@ -63,7 +61,8 @@ def per_frame(where: object, content: Mapping[str, Any], field: str, width: int)
     if array.ndim != 2 or array.shape[1] < width or not len(array):
         raise DataError(f"{where}: field {field!r} has shape {array.shape}, not (frames, {width})")
     table = torch.from_numpy(array[:, :width].astype(np.float64))
-    if not table.isfinite().all():
-        frame = int((~table.isfinite()).any(dim=1).nonzero()[0])
-        raise DataError(f"{where}: field {field!r} is not finite at frame {frame}")
+    wrong = ~(table.abs() <= LARGEST_VALUE).all(dim=1)  # NaN compares false
+    if wrong.any():
+        frame = int(wrong.nonzero()[0])
+        raise DataError(f"{where}: field {field!r} is not finite, or beyond {LARGEST_VALUE:g}, at frame {frame}")
     return table

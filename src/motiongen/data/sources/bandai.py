@@ -5,19 +5,19 @@ Every clip is a sequence of its own, also the few that continue one another: the
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import Bvh, read_bvh
-from motiongen.data.sources.files import digest, read_json, required
+from motiongen.data.sources.files import digest, read_json, read_table, required
 from motiongen.data.sources.retarget import features, smpl_pose
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, PARENTS, Skeleton
@@ -77,9 +77,14 @@ class BandaiNamco:
 
     def sequences(self) -> Iterator[Sequence]:
         for clip in self._clips:
-            pose = self._features(clip.path, read_bvh(clip.path))
-            segments = (Segment(0, len(pose), (clip.tag,), (clip.style,)),)
-            yield Sequence(clip.path.stem, clip.group, pose, segments)
+            yield from self._read(clip)
+
+    def jobs(self) -> list[Job]:
+        return [Job(clip.path.stem, (clip.path,), partial(self._read, clip)) for clip in self._clips]
+
+    def _read(self, clip: _Clip) -> Iterator[Sequence]:
+        pose = self._features(clip.path, read_bvh(clip.path))
+        yield Sequence(clip.path.stem, clip.group, pose, (Segment(0, len(pose), (clip.tag,), (clip.style,)),))
 
     def _features(self, path: Path, bvh: Bvh) -> Tensor:
         missing = [name for name in self._joints if name not in bvh.names]
@@ -105,7 +110,7 @@ def _mapping(path: Path) -> tuple[list[str], Tensor, Tensor]:
         joints = [row["bvh"] or rows[JOINT["spine1"]]["bvh"] for row in rows]
         align = torch.tensor([row["align"] for row in rows], dtype=torch.float64).reshape(-1, 3, 3)
         rest = torch.tensor([row["rest_m"] for row in rows], dtype=torch.float64).reshape(-1, 3)
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+    except (KeyError, TypeError, ValueError, RuntimeError, OverflowError) as error:
         if isinstance(error, DataError):
             raise
         raise DataError(f"{path}: joints: {type(error).__name__}: {error}") from error
@@ -113,9 +118,9 @@ def _mapping(path: Path) -> tuple[list[str], Tensor, Tensor]:
 
 
 def _clips(root: Path) -> list[_Clip]:
-    for row in _table(root / "manifest.csv", ("path",)) if (root / "manifest.csv").is_file() else []:
+    for row in read_table(root / "manifest.csv", ("path",)) if (root / "manifest.csv").is_file() else []:
         required(root / row["path"])
-    notes = _table(root / "clip_notes.csv", ("clip", "kind", "note"))
+    notes = read_table(root / "clip_notes.csv", ("clip", "kind", "note"))
     unusable = {row["clip"] for row in notes if row["kind"] in UNUSABLE}
     labelled: dict[Path, str] = {}
     for folder in FOLDERS:
@@ -173,13 +178,3 @@ def _groups(names: list[str], notes: list[dict[str, str]]) -> dict[str, str]:
             if row["clip"] in leader and match.group() in leader:
                 join(row["clip"], match.group())
     return {name: find(name) for name in names}
-
-
-def _table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
-    with required(path).open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        for column in columns:
-            if not isinstance(row.get(column), str):
-                raise DataError(f"{path}: column {column!r} is missing")
-    return rows

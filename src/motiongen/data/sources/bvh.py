@@ -12,7 +12,13 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
-from motiongen.data.sources.files import is_finite
+from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_text
+
+MOST_JOINTS = 1000
+MOST_POSES = 2 * 10**7
+"""Joints times frames: an hour of 66 joints at 84 Hz."""
+FRAME_TIMES = (1e-4, 2.0)
+"""Seconds"""
 
 
 @dataclass(frozen=True)
@@ -59,15 +65,19 @@ def read_bvh(path: Path) -> Bvh:
         DataError: the file is cut, has a frame line with a wrong number of values, holds values that are not finite
             numbers, or is no BVH file; the message names the file, the line and the field.
     """
-    lines = path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    lines = read_text(path).rstrip().splitlines()
     start = next((number for number, line in enumerate(lines) if line.strip() == "MOTION"), None)
     if start is None:
         raise DataError(f"{path}:{len(lines)}: MOTION: the section is missing; is the file cut?")
     joints = _hierarchy(path, lines[:start])
-    frames = int(_setting(path, lines, start + 1, "Frames:"))
+    frames = _setting(path, lines, start + 1, "Frames:")
     frame_time = _setting(path, lines, start + 2, "Frame Time:")
     if frame_time <= 0:
         raise DataError(f"{path}:{start + 3}: Frame Time: {frame_time} is not positive")
+    if not FRAME_TIMES[0] <= frame_time <= FRAME_TIMES[1]:
+        raise DataError(f"{path}:{start + 3}: Frame Time: {frame_time} s is no recording's")
+    if frames * len(joints) > MOST_POSES:
+        raise DataError(f"{path}:{start + 2}: Frames: {frames:.0f} of {len(joints)} joints are too many; cut the file")
     values = _frame_values(path, lines, start + 3, frames, sum(len(joint.channels) for joint in joints))
     rotations, positions = _local_pose(joints, values)
     return Bvh(
@@ -91,6 +101,8 @@ def _hierarchy(path: Path, lines: list[str]) -> list[_Joint]:
                 parent = joints.index(open_blocks[-1]) if open_blocks else -1
                 named = _Joint(_next(words), parent)
                 joints.append(named)
+                if len(joints) > MOST_JOINTS:
+                    raise ValueError(f"more than {MOST_JOINTS} joints")
             elif word == "End":
                 named = _Joint(_next(words), -1)
             elif word == "{":
@@ -98,17 +110,20 @@ def _hierarchy(path: Path, lines: list[str]) -> list[_Joint]:
             elif word == "}":
                 open_blocks.pop()
             elif word == "OFFSET":
-                open_blocks[-1].offset = [float(_next(words)) for _ in range(3)]
+                open_blocks[-1].offset = [_number(_next(words)) for _ in range(3)]
             elif word == "CHANNELS":
                 open_blocks[-1].channels = [_channel(_next(words)) for _ in range(int(_next(words)))]
             elif word != "HIERARCHY":
-                raise ValueError(f"unexpected {word!r}")
+                raise ValueError(f"unexpected {word!r:.40}")
         except (ValueError, IndexError, StopIteration) as error:
             raise DataError(
-                f"{path}:{number}: HIERARCHY: {word}: {str(error) or 'the section ends too early'}"
+                f"{path}:{number}: HIERARCHY: {word:.40}: {str(error)[:200] or 'the section ends too early'}"
             ) from error
     if open_blocks or not joints:
         raise DataError(f"{path}:{len(lines)}: HIERARCHY: the section ends too early")
+    names = [joint.name for joint in joints]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise DataError(f"{path}: HIERARCHY: joint {twice[0]:.60} is there twice")
     return joints
 
 
@@ -116,9 +131,16 @@ def _next(words: Iterator[tuple[int, str]]) -> str:
     return next(words)[1]
 
 
+def _number(word: str) -> float:
+    if not is_finite(word):
+        # float says it of what is no number at all.
+        raise ValueError(f"{float(word)} is no finite number")
+    return float(word)
+
+
 def _channel(word: str) -> str:
     if word[:1] not in ("X", "Y", "Z") or word[1:] not in ("position", "rotation"):
-        raise ValueError(f"unknown channel {word!r}")
+        raise ValueError(f"unknown channel {word!r:.40}")
     return word
 
 
@@ -127,18 +149,18 @@ def _setting(path: Path, lines: list[str], index: int, name: str) -> float:
     try:
         return float(line.removeprefix(name) if line.startswith(name) else "")
     except ValueError:
-        raise DataError(f"{path}:{index + 1}: {name} expected with a number, found {line!r}") from None
+        raise DataError(f"{path}:{index + 1}: {name} expected with a number, found {line!r:.60}") from None
 
 
-def _frame_values(path: Path, lines: list[str], first: int, frames: int, channels: int) -> np.ndarray:
+def _frame_values(path: Path, lines: list[str], first: int, frames: float, channels: int) -> np.ndarray:
     rows = lines[first:]
     if len(rows) != frames or not rows:
-        raise DataError(f"{path}:{len(lines)}: Frames: {frames} promised, {len(rows)} lines found; is the file cut?")
+        raise DataError(f"{path}:{len(lines)}: Frames: {frames:g} promised, {len(rows)} lines found; is the file cut?")
     try:
         values = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
         values = np.empty((0, 0))
-    if values.shape == (frames, channels) and np.isfinite(values).all():
+    if values.shape == (frames, channels) and (np.abs(values) <= LARGEST_VALUE).all():
         return values
     for number, row in enumerate(rows, start=first + 1):
         words = row.split()
@@ -147,7 +169,7 @@ def _frame_values(path: Path, lines: list[str], first: int, frames: int, channel
         for column, word in enumerate(words):
             if not is_finite(word):
                 raise DataError(
-                    f"{path}:{number}: frame {number - first - 1}: value {column}: {word!r} is no finite number"
+                    f"{path}:{number}: frame {number - first - 1}: value {column}: {word!r:.40} is no finite number"
                 )
     raise DataError(f"{path}:{first + 1}: frames cannot be read as numbers")
 

@@ -21,12 +21,13 @@ TOE_HEIGHT = 0.025
 """Metres from the floor to the toe joint of one who stands."""
 
 
-def upright(turns: Tensor, pelvis: Tensor, skeleton: Skeleton, fps: float) -> Tensor:
+def upright(where: object, turns: Tensor, pelvis: Tensor, skeleton: Skeleton, fps: float) -> Tensor:
     """Features (T', 135) at 30 Hz in a world whose z is up.
 
     A camera does not tell where the floor is: it is put under the lowest joint of the whole motion.
 
     Args:
+        where: the file, or the place in it, to name in errors.
         turns: (T, 66) axis angles of SMPL's body joints, pelvis first, in the camera's coordinates.
         pelvis: (T, 3) metres, in the same.
         skeleton: whose lowest joint is meant.
@@ -34,7 +35,7 @@ def upright(turns: Tensor, pelvis: Tensor, skeleton: Skeleton, fps: float) -> Te
     """
     local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
     local[:, 0] = WORLD_FROM_CAMERA @ local[:, 0]
-    local, position = at_thirty(local, pelvis @ WORLD_FROM_CAMERA.T, fps)
+    local, position = at_thirty(where, local, pelvis @ WORLD_FROM_CAMERA.T, fps)
     _, joints = forward_kinematics(local, position, skeleton)
     position[:, 2] += TOE_HEIGHT - joints[..., 2].min()
     return features(local, position)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -11,10 +12,10 @@ import roma
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.amc import read_amc
-from motiongen.data.sources.files import digest, read_json, required
+from motiongen.data.sources.files import digest, read_json, read_text, required
 from motiongen.data.sources.retarget import features, rotation_between, smpl_pose
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, PARENTS, Skeleton
@@ -96,12 +97,21 @@ class CmuMocap6:
 
     def sequences(self) -> Iterator[Sequence]:
         for name in self._names:
-            local, pelvis = self.pose(name)
-            count = len(local)
-            local, pelvis = resample(local, pelvis, SOURCE_FPS, FPS)
-            scale = self.skeleton().leg_length / self.skeleton_of(name).leg_length
-            segments = self._segments(self._label_file(name), count)
-            yield Sequence(name, name, features(local, pelvis * scale), segments)
+            yield from self._read(name)
+
+    def jobs(self) -> list[Job]:
+        return [
+            Job(name, (self._motion_file(name), self._label_file(name)), partial(self._read, name))
+            for name in self._names
+        ]
+
+    def _read(self, name: str) -> Iterator[Sequence]:
+        local, pelvis = self.pose(name)
+        count = len(local)
+        local, pelvis = resample(local, pelvis, SOURCE_FPS, FPS)
+        scale = self.skeleton().leg_length / self.skeleton_of(name).leg_length
+        segments = self._segments(self._label_file(name), count)
+        yield Sequence(name, name, features(local, pelvis * scale), segments)
 
     def pose(self, name: str) -> tuple[Tensor, Tensor]:
         """A sequence at 120 Hz as recorded: local rotations (T, 22, 3, 3), pelvis (T, 3) in metres, z up."""
@@ -166,7 +176,7 @@ class CmuMocap6:
 
     def _segments(self, path: Path, frames: int) -> tuple[Segment, ...]:
         """Label k holds for AMC frames 12 k to 12 k + 11, frames 3 k to 3 k + 2 at 30 Hz; the last may be cut."""
-        words = path.read_text(encoding="utf-8", errors="replace").split()
+        words = read_text(path).split()
         wrong = next((place for place, word in enumerate(words) if word not in self._actions), None)
         if wrong is not None:
             raise DataError(f"{path}: label {wrong}: {words[wrong]!r} is none of {', '.join(self._actions)}")
@@ -201,6 +211,6 @@ def _skeleton(path: Path) -> tuple[dict[str, str], dict[str, _Bone], list[str]]:
         unknown = set(joints) - {"root", *bones}
         if unknown:
             raise DataError(f"{path}: smpl22: no joint {min(unknown)}")
-    except (KeyError, TypeError, AttributeError, RuntimeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, OverflowError) as error:
         raise DataError(f"{path}: {type(error).__name__}: {error}") from error
     return actions, bones, joints

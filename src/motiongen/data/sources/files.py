@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
-import math
+import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from motiongen.data.roots import DataError
+from motiongen.files import is_file
+
+LARGEST_FILE = 2**30
+"""Bytes of a file that is read as a whole."""
+LARGEST_VALUE = 1e7
+"""Degrees or units of length; beyond it, a file is damaged."""
 
 
 def digest(root: Path, paths: Iterable[Path], *settings: object) -> str:
     """SHA-256 hex of the files' names below `root`, their content, and settings that change what is made of them."""
     total = hashlib.sha256(repr(settings).encode())
     for path in sorted(paths):
-        total.update(f"\0{path.relative_to(root).as_posix()}\0".encode())
+        total.update(b"\0" + os.fsencode(path.relative_to(root).as_posix()) + b"\0")
         with path.open("rb") as file:
             total.update(hashlib.file_digest(file, "sha256").digest())
     return total.hexdigest()
@@ -28,7 +35,7 @@ def required(path: Path) -> Path:
     Raises:
         DataError: it is not.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise DataError(f"{path}: the file is missing from the data set")
     return path
 
@@ -37,18 +44,50 @@ def read_json(path: Path) -> Any:
     """A JSON file's content.
 
     Raises:
-        DataError: the file is missing or not JSON.
+        DataError: the file is missing, too large or not JSON.
     """
-    content = required(path).read_bytes()
     try:
-        return json.loads(content)
-    except ValueError as error:
-        raise DataError(f"{path}: not a JSON file: {error}") from error
+        return json.loads(read_text(path, errors="strict"))
+    except (ValueError, RecursionError) as error:
+        raise error if isinstance(error, DataError) else DataError(f"{path}: not a JSON file: {error}") from error
+
+
+def read_text(path: Path, errors: Literal["strict", "replace"] = "replace") -> str:
+    """A file's text, UTF-8.
+
+    Raises:
+        DataError: the file is missing, unreadable or too large, or not UTF-8 where errors are not replaced.
+    """
+    try:
+        if required(path).stat().st_size > LARGEST_FILE:
+            raise DataError(f"{path}: larger than {LARGEST_FILE} bytes")
+        return path.read_text(encoding="utf-8", errors=errors)
+    except UnicodeDecodeError as error:
+        raise DataError(f"{path}: not UTF-8 text: {error}") from error
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def read_table(path: Path, columns: Iterable[str]) -> list[dict[str, str]]:
+    """The rows of a CSV file with a header.
+
+    Raises:
+        DataError: the file is missing or no CSV file, or a row lacks one of the columns.
+    """
+    reader = csv.DictReader(read_text(path, errors="strict").splitlines(keepends=True))
+    try:
+        rows = list(reader)
+    except csv.Error as error:
+        raise DataError(f"{path}:{reader.line_num}: {error}") from error
+    for column in columns:
+        if column not in (reader.fieldnames or ()) or not all(isinstance(row[column], str) for row in rows):
+            raise DataError(f"{path}: column {column!r} is missing")
+    return rows
 
 
 def is_finite(word: str) -> bool:
-    """Whether a word of a text file is a finite number."""
+    """Whether a word of a text file is a number, and not beyond LARGEST_VALUE."""
     try:
-        return math.isfinite(float(word))
+        return abs(float(word)) <= LARGEST_VALUE
     except ValueError:
         return False

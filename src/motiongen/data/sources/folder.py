@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -15,13 +14,16 @@ from motiongen.data.clips import DataError, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.arrays import per_frame, read_arrays
 from motiongen.data.sources.bvh import read_bvh
-from motiongen.data.sources.files import digest, required
+from motiongen.data.sources.files import digest, read_table, required
 from motiongen.data.sources.retarget import FPS, at_thirty, features, smpl_pose
+from motiongen.files import is_file
 from motiongen.motion.representation import FEATURES, unpack
 from motiongen.motion.skeleton import JOINT_NAMES, JOINTS, Skeleton
 
-PARSER_VERSION = 1
+PARSER_VERSION = 2
+"""Counted up whenever the same files give other features, so that older stores are not taken for new ones."""
 LABELS = "labels.csv"
+FIELDS = ("features", "poses", "trans", "rest_pelvis", "mocap_framerate", "fps")
 CENTIMETRES = 10.0
 """A BVH file whose pelvis is higher than this is in centimetres."""
 
@@ -51,7 +53,7 @@ class MotionFolder:
     def __init__(self, *, root: str, skeleton: Skeleton) -> None:
         self._root = check_root(root, "motions")
         self._skeleton = skeleton
-        self._labels = _labels(self._root / LABELS)
+        self._labels = read_labels(self._root / LABELS)
 
     def fingerprint(self) -> str:
         paths = [self._root / LABELS, *(self._root / name for name in self._labels)]
@@ -82,23 +84,29 @@ def read_motion(path: Path) -> Tensor:
     return pose
 
 
-def _labels(path: Path) -> dict[str, tuple[str, ...]]:
-    with required(path).open(newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if missing := {"file", "tags"} - set(reader.fieldnames or ()):
-            raise DataError(f"{path}: column {min(missing)!r} is missing")
-        labels = {row["file"]: tuple(tag.strip() for tag in row["tags"].split("+")) for row in reader}
+def read_labels(path: Path) -> dict[str, tuple[str, ...]]:
+    """The tags of every file that a table with the columns `file` and `tags` lists; the files are there.
+
+    Raises:
+        DataError: the table or a file is missing, or the table is not of this form.
+    """
+    rows = read_table(path, ("file", "tags"))
+    labels = {row["file"]: tuple(tag.strip() for tag in row["tags"].split("+")) for row in rows}
     if not labels:
         raise DataError(f"{path}: no files are listed")
-    for name in labels:
-        if not required(path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+    for name, tags in labels.items():
+        if not all(tags):
+            raise DataError(f"{path}: tags of {name!r:.200}: {'+'.join(tags)!r:.200} has an empty tag")
+        if not is_file(path.parent / name):
+            raise DataError(f"{path}: {name[:200]}: the file is missing")
+        if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
             raise DataError(f"{path}: file {name!r} lies outside the folder")
     return labels
 
 
 def _npz(path: Path) -> tuple[Tensor, Tensor]:
     """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), at 30 Hz."""
-    content = {name: array for name, array in read_arrays(path).items() if array.dtype.kind in "fiu"}
+    content = {name: array for name, array in read_arrays(path, FIELDS).items() if array.dtype.kind in "fiu"}
     if "features" in content:
         local, pelvis = unpack(per_frame(path, content, "features", FEATURES))
     else:
@@ -110,8 +118,10 @@ def _npz(path: Path) -> tuple[Tensor, Tensor]:
         pelvis = per_frame(path, content, "trans", 3) + torch.from_numpy(rest.astype(np.float64))
     if len(local) != len(pelvis):
         raise DataError(f"{path}: 'poses' has {len(local)} frames and 'trans' {len(pelvis)}")
-    rate = float(content.get("mocap_framerate", content.get("fps", FPS)))
-    return at_thirty(local, pelvis, rate)
+    rate = content.get("mocap_framerate", content.get("fps", np.array(FPS)))
+    if rate.size != 1:
+        raise DataError(f"{path}: field 'mocap_framerate' or 'fps' has shape {rate.shape}, not ()")
+    return at_thirty(path, local, pelvis, float(rate.item()))
 
 
 def _bvh(path: Path) -> tuple[Tensor, Tensor]:
@@ -123,4 +133,4 @@ def _bvh(path: Path) -> tuple[Tensor, Tensor]:
     pelvis = positions[:, columns[0]]
     metres = 0.01 if float(pelvis[:, 1].abs().max()) > CENTIMETRES else 1.0
     local, pelvis = smpl_pose(rotations[:, columns], torch.eye(3).to(rotations).expand(JOINTS, 3, 3), pelvis * metres)
-    return at_thirty(local, pelvis, bvh.fps)
+    return at_thirty(path, local, pelvis, bvh.fps)

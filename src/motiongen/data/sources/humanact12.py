@@ -74,7 +74,8 @@ class HumanAct12:
     def sequences(self) -> Iterator[Sequence]:
         skeleton = self.skeleton()
         for index, label in enumerate(self._content["y"]):
-            pose = upright(self._turns(index), self._joints(index)[:, 0], skeleton, self._fps)
+            where = f"{self._file}: clip {index}"
+            pose = upright(where, self._turns(index), self._joints(index)[:, 0], skeleton, self._fps)
             name = f"{index:04d}"
             yield Sequence(name, name, pose, (Segment(0, len(pose), (TAGS[label],)),))
 

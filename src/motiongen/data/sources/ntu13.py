@@ -91,7 +91,7 @@ class Ntu13:
             pelvis = vibe_pelvis(str(file), found["joints3d"])
             if len(turns) != len(pelvis):
                 raise DataError(f"{file}: {len(turns)} poses and {len(pelvis)} joints3d")
-            pose = upright(turns, pelvis, self._skeleton, FPS)
+            pose = upright(file, turns, pelvis, self._skeleton, FPS)
             performer = re.search(r"P\d+", file.name)
             name = file.relative_to(self._root).as_posix()
             yield Sequence(name, performer[0] if performer else name, pose, (Segment(0, len(pose), (_tag(file),)),))

@@ -5,11 +5,16 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from motiongen.data.roots import DataError
 from motiongen.motion.representation import pack
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import PARENTS
 
 FPS = 30.0
+LONGEST = 10**6
+"""Frames at 30 Hz, nine hours."""
+RATES = (0.5, 10000.0)
+"""Frames a second that a recording may have."""
 
 WORLD_FROM_Y_UP = torch.tensor([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]], dtype=torch.float64)
 """Rx(90 degrees): y becomes z, z becomes -y."""
@@ -38,13 +43,19 @@ def features(rotations: Tensor, pelvis: Tensor) -> Tensor:
     return pack(rotations, pelvis).float()
 
 
-def at_thirty(rotations: Tensor, pelvis: Tensor, fps: float) -> tuple[Tensor, Tensor]:
-    """A pose, (T, 22, 3, 3) and (T, 3), resampled by time from any rate to 30 Hz.
+def at_thirty(where: object, local: Tensor, pelvis: Tensor, rate: float) -> tuple[Tensor, Tensor]:
+    """Local rotations (T, 22, 3, 3) and pelvis positions (T, 3) of any rate at 30 Hz.
 
-    Rates are taken to a hundredth: one such as 120.00004577 was rounded in its file, and would cost the last frame.
+    Raises:
+        DataError: no recording has such a rate, or lasts so long.
     """
-    fps = round(fps, 2)
-    return (rotations, pelvis) if fps == FPS else resample(rotations, pelvis, fps, FPS)
+    if not RATES[0] <= rate <= RATES[1]:
+        raise DataError(f"{where}: {rate} frames a second, which no recording has")
+    if len(local) * FPS / rate > LONGEST:
+        raise DataError(f"{where}: {len(local)} frames, {rate:g} a second, are too long; cut the file")
+    # A rate that was rounded in the file, 30.00003 or 119.9995, would cost the last frame.
+    rate = round(rate) if abs(rate - round(rate)) < 0.01 else rate
+    return (local, pelvis) if rate == FPS else resample(local, pelvis, rate, FPS)
 
 
 def rotation_between(start: Tensor, end: Tensor) -> Tensor:

@@ -111,7 +111,7 @@ class Uestc:
                 raise DataError(f"{where}: {len(turns)} poses, {len(pelvis)} joints3d and {len(path)} globtrans")
             root = roma.rotmat_to_rotvec(video.turn @ roma.rotvec_to_rotmat(turns[:, :3]))
             turns = torch.cat([root, turns[:, 3:]], dim=1)[: video.frames]
-            pose = upright(turns, ((pelvis + path) @ video.turn.T)[: video.frames], self._skeleton, FPS)
+            pose = upright(where, turns, ((pelvis + path) @ video.turn.T)[: video.frames], self._skeleton, FPS)
             segment = Segment(0, len(pose), (self._tags[video.action],))
             yield Sequence(video.name, f"p{video.subject:03d}", pose, (segment,), _side(video))
 

@@ -6,6 +6,7 @@ directly: npz, and pickles without ever running what they contain.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +15,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from motiongen.arrays import LARGEST, read_npz
 from motiongen.errors import InputError
+from motiongen.files import is_file
 from motiongen.motion.bodies.body import Body, SmplModel
 from motiongen.motion.skeleton import JOINTS, PARENTS, Skeleton
 from motiongen.unpickling import Inert, PlainUnpickler, RefusedPickle
@@ -22,6 +25,7 @@ from motiongen.unpickling import Inert, PlainUnpickler, RefusedPickle
 Array = NDArray[np.float64]
 
 FIELDS = ("v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f")
+LARGEST_VALUE = 1e9
 SMPLH_JOINTS, SMPLX_JOINTS = 52, 55
 
 
@@ -54,6 +58,8 @@ def smpl(
     weights = _array(path, arrays, "weights", (count, total))
     faces = _array(path, arrays, "f", (None, 3)).astype(np.int64)
     parents = _parents(path, tree)
+    if weights.sum(axis=1).min() <= 0:
+        raise BodyFileError(f"{path}: weights has a vertex that follows no joint")
     if poses.shape[2] < 9 * (JOINTS - 1):
         raise BodyFileError(f"{path}: posedirs has {poses.shape[2]} columns, fewer than {9 * (JOINTS - 1)}")
     if len(betas) > shapes.shape[2]:
@@ -107,8 +113,9 @@ def _array(path: Path, arrays: Mapping[str, Any], name: str, shape: tuple[int | 
     if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
         expected = "(" + ", ".join("*" if want is None else str(want) for want in shape) + ")"
         raise BodyFileError(f"{path}: the field {name} has shape {array.shape}, not {expected}")
-    if name != "kintree_table" and not np.isfinite(array).all():
-        raise BodyFileError(f"{path}: the field {name} has values that are not finite")
+    # NaN compares false. Whatever is larger would not be finite as float32 once it is summed up.
+    if name != "kintree_table" and not (np.abs(array) <= LARGEST_VALUE).all():
+        raise BodyFileError(f"{path}: the field {name} has values that are not finite, or beyond {LARGEST_VALUE:g}")
     return array
 
 
@@ -117,12 +124,11 @@ def _tensor(array: Array) -> torch.Tensor:
 
 
 def _read(path: Path) -> Mapping[str, Any]:
-    if not path.is_file():
+    if not is_file(path):
         raise BodyFileError(f"body.path: there is no file {path}")
     try:
         if path.suffix == ".npz":
-            with np.load(path, allow_pickle=False) as archive:
-                return {name: archive[name] for name in FIELDS if name in archive}
+            return read_npz(path, FIELDS)
         with path.open("rb") as file:
             content = _ModelUnpickler(file).load()
     except RefusedPickle as error:
@@ -163,6 +169,8 @@ def _dense(value: Any) -> Any:
         shape = state["_shape"] if "_shape" in state else state["shape"]
         pointers = np.asarray(state["indptr"])
         minor, major = np.asarray(state["indices"]), np.repeat(np.arange(len(pointers) - 1), np.diff(pointers))
+        if math.prod(shape) > LARGEST:
+            raise ValueError(f"{shape} is too large")
         dense = np.zeros(shape)
         np.add.at(dense, (minor, major) if isinstance(value, _SparseColumns) else (major, minor), state["data"])
         return dense
