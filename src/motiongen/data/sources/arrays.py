@@ -64,5 +64,6 @@ def per_frame(where: object, content: Mapping[str, Any], field: str, width: int)
     wrong = ~(table.abs() <= LARGEST_VALUE).all(dim=1)  # NaN compares false
     if wrong.any():
         frame = int(wrong.nonzero()[0])
-        raise DataError(f"{where}: field {field!r} is not finite, or beyond {LARGEST_VALUE:g}, at frame {frame}")
+        what = f"beyond {LARGEST_VALUE:g}" if table[frame].isfinite().all() else "not finite"
+        raise DataError(f"{where}: field {field!r} is {what} at frame {frame}")
     return table
