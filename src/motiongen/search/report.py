@@ -132,7 +132,7 @@ def _drawn_importances(search: Search) -> list[Path]:
             _log.info("No importances: %s", error)
             return []
         panel.barh(list(found)[::-1], [0.0 if math.isnan(share) else share for share in found.values()][::-1])
-        panel.set_title(f"importance for {name}")
+        panel.set_title(f"importance for {name.replace('_', ' ')}", fontsize=10)
     path = search.folder / "importance.png"
     figure.savefig(path, dpi=120)
     return [path]
