@@ -34,12 +34,16 @@ def test_the_wheel_holds_code_options_plugins_and_their_data(wheel: Path) -> Non
     packed = set(zipfile.ZipFile(wheel).namelist())
     expected = (
         files_below(ROOT / "src" / "motiongen", "motiongen/")
+        | files_below(ROOT / "src" / "hydra_plugins", "hydra_plugins/")
         | files_below(ROOT / "conf", "motiongen/conf/")
         | files_below(ROOT / "plugins", "motiongen_plugins/")
     )
     assert expected - packed == set()
     assert {"motiongen/py.typed", "motiongen/conf/config.yaml"} <= packed
-    assert {name.split("/")[0] for name in packed} == {"motiongen", "motiongen_plugins", "motiongen-0.1.0.dist-info"}
+    assert {name.split("/")[0] for name in packed} == {
+        *("motiongen", "motiongen_plugins", "hydra_plugins", "motiongen-0.1.0.dist-info")
+    }
+    assert "hydra_plugins/__init__.py" not in packed, "it would hide the plugins of every other package"
 
 
 @pytest.fixture(scope="module")

@@ -40,7 +40,7 @@ def test_runs_of_several_systems_in_one_table_under_two_recognizers(place: Path)
 
 
 def test_a_run_that_saw_the_test_clips_is_refused(place: Path) -> None:
-    other = untrained_run(place / "other_split", "marionette", "seed=7")
+    other = untrained_run(place / "other_split", "marionette", "data.split_seed=7")
     answer = motiongen(place, "task=compare", f"runs=[{other}]", *COMMON)
     assert answer.returncode == 1
     assert "are a test clip, but the generator was trained on frames" in answer.stderr
