@@ -39,8 +39,9 @@ def main() -> None:
     try:
         for name in options.rows or ROWS:
             sections.append(_measured(name, effort, tracker))
+            if options.page:  # after every row: one that fails takes no other with it
+                options.page.write_text(report.page(about, sections), encoding="utf-8")
         if options.page:
-            options.page.write_text(report.page(about, sections), encoding="utf-8")
             tracker.log_artifact(options.page)
     except BaseException:
         tracker.finish("FAILED")

@@ -13,5 +13,4 @@ ROWS = (
     "lengths",
     "long_motion",
     "profiles",
-    "compiled",
 )
