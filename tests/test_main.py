@@ -36,6 +36,9 @@ ANSWERS = [
     (["task=evaluate", "run=."], 1, "is not the folder of a run"),
     (["+experiment=marionette", "task=synthesize", "formats=[bvh,gbl]"], 1, "did you mean 'glb'?"),
     (["resume=."], 1, "is not the folder of a run"),
+    (["+experiment=marionette", "+search=hybrid"], 1, "a search is a multirun: add -m"),
+    (["-m", "+ablation/systems=glob(*)", "seed=0,1", "data.batch_sise=3"], 1, "did you mean 'data.batch_size'?"),
+    (["task=report", "study=nonsense"], 1, "study=nonsense: there is no such option"),
 ]
 
 

@@ -23,6 +23,7 @@ from motiongen.export.formats import ENDINGS, PACKAGES
 from motiongen.options_check import problems_in
 from motiongen.resolvers import register_resolvers
 from motiongen.runs import known_tags
+from motiongen.search.naming import SEARCH
 from motiongen.signatures import TargetError, summary_of
 from motiongen.suggestions import did_you_mean
 from motiongen.synthesis.timeline import TimelineError, read_timeline, resolve
@@ -75,6 +76,8 @@ def check(overrides: Sequence[str], *, multirun: bool = False) -> DictConfig:
         config = compose(variant, with_hydra=True)
         _check_one(config)
         configs.append(config)
+    if configs[0].hydra.runtime.choices.get("hydra/sweeper") == SEARCH and not multirun:
+        raise ConfigurationError("a search is a multirun: add -m")
     return configs[0]
 
 
