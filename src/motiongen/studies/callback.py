@@ -5,12 +5,15 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
 from motiongen.studies.naming import swept_study
+
+if TYPE_CHECKING:
+    from motiongen.tracking.tracker import Tracker
 
 
 class StudyCallback(Callback):
@@ -19,30 +22,24 @@ class StudyCallback(Callback):
     Other multiruns are left alone.
     """
 
-    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+    def on_multirun_start(self, config: DictConfig, config_name: str | None = None) -> None:  # type: ignore[override]
         study = swept_study(config.hydra.overrides.task)
         if study is None:
             return
-        from hydra.utils import instantiate
-
         folder = Path(config.hydra.sweep.dir)
         folder.mkdir(parents=True, exist_ok=True)
-        tracker = instantiate(config.tracker)
-        tracker.start(f"{study}-{folder.name}", {}, {"study": study}, folder)
+        _started(config, study, folder)
 
-    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+    def on_multirun_end(self, config: DictConfig, config_name: str | None = None) -> None:  # type: ignore[override]
         study = swept_study(config.hydra.overrides.task)
         if study is None:
             return
-        from hydra.utils import instantiate
-
         from motiongen.studies.rows import failure, row_folders, state_of
 
         folder = Path(config.hydra.sweep.dir)
         states = {path: state_of(path) for path in row_folders(folder)}
         counts = Counter(states.values())
-        tracker = instantiate(config.tracker)
-        tracker.start(f"{study}-{folder.name}", {}, {"study": study}, folder)
+        tracker = _started(config, study, folder)
         tracker.log_metrics({f"rows/{state}": float(counts[state]) for state in ("done", "failed", "unfinished")})
         tracker.finish()
         print(f"{study}: {counts['done']} rows and seeds done, in {folder}")
@@ -55,3 +52,12 @@ class StudyCallback(Callback):
             sys.exit(
                 f"motiongen: {counts['failed']} rows failed; the same command with retry_failed=true runs them again"
             )
+
+
+def _started(config: DictConfig, study: str, folder: Path) -> Tracker:
+    """The tracker with the study's run, which goes on where it was begun before."""
+    from hydra.utils import instantiate
+
+    tracker: Tracker = instantiate(config.tracker)
+    tracker.start(f"{study}-{folder.name}", {}, {"study": study}, folder)
+    return tracker

@@ -31,7 +31,7 @@ SMPL_JOINTS = 24
 
 
 class HumanAct12:
-    """The folder with `humanact12poses.pkl`, which https://github.com/Mathux/ACTOR tells how to download.
+    """The folder with `humanact12poses.pkl`, which ACTOR's repository (Mathux/ACTOR) tells how to download.
 
     The file says neither whose clip it is nor which clips are neighbours in a recording, and has no test split: clips
     are split one by one, and the same person may be on both sides. That all clips are trained on and tested, as papers

@@ -58,7 +58,7 @@ class _Video:
 
 
 class Uestc:
-    """The folder with `vibe_cache_refined.pkl`, `globtrans_usez.pkl`, `info/`, from https://github.com/Mathux/ACTOR.
+    """The folder with `vibe_cache_refined.pkl`, `globtrans_usez.pkl`, `info/`, from ACTOR's repository (Mathux/ACTOR).
 
     Split as the official cross-subject protocol has it: 51 subjects are trained on, 67 are tested. The pelvis is where
     VIBE has it, moved by the estimated path of the body. Bones are those of the built-in figure, since VIBE's 49 joints
