@@ -14,9 +14,9 @@ from tests.plugins.um_cvae import DIMENSIONS
 REINFORCED = {"latent_reinforcement": LatentReinforcement}
 
 
-def decoder(layer_input, layers: int = 4) -> GRUDecoder:
+def decoder(layer_input, layers: int = 4, residual: float = 0.0) -> GRUDecoder:
     torch.manual_seed(0)
-    return GRUDecoder(DIMENSIONS, Embeddings(DIMENSIONS), layer_input=layer_input, layers=layers)
+    return GRUDecoder(DIMENSIONS, Embeddings(DIMENSIONS), layer_input=layer_input, layers=layers, residual=residual)
 
 
 def controls(frames: int = 7) -> Controls:
@@ -34,17 +34,19 @@ def step(gru: nn.GRU, x: torch.Tensor, h: torch.Tensor) -> torch.Tensor:
     return (1 - update) * torch.tanh(of_input[2] + reset * of_state[2]) + update * h
 
 
+@pytest.mark.parametrize("residual", [0.0, 1.0])
 @pytest.mark.parametrize("reinforced", [True, False])
-def test_equals_the_recurrence_by_hand(reinforced):
-    module, given = decoder(REINFORCED if reinforced else {}), controls()
+def test_equals_the_recurrence_by_hand(reinforced, residual):
+    module, given = decoder(REINFORCED if reinforced else {}, residual=residual), controls()
     got = module.generate(given, batch((7, 7)).condition)
     for row in range(2):
         states = [torch.zeros(DIMENSIONS.width)] * 4
         for t in range(7):
             x = given.queries[row, t]
             for number, gru in enumerate(module.layers):
-                x = x + given.latent[row] if reinforced and number > 0 else x
-                states[number] = x = step(gru, x, states[number])
+                got_by_layer = x + given.latent[row] if reinforced and number > 0 else x
+                states[number] = step(gru, got_by_layer, states[number])
+                x = residual * x + states[number]
             torch.testing.assert_close(got[row, t], module.pose(x), atol=1e-5, rtol=1e-5)
 
 
