@@ -19,6 +19,10 @@ class OneShotTransformer(nn.Module):
     Query: the controls' queries; key and value: their memory. Frames attend to each other in both directions. What the
     `layer_input` mechanisms give is added to the input of every layer but the first.
 
+    Args:
+        norm_first: layers normalise what they get, not what they give. False is the paper's; short runs learn several
+            times faster with True.
+
     Raises:
         CompositionError: `layer_input` for a single layer.
     """
@@ -39,12 +43,15 @@ class OneShotTransformer(nn.Module):
         feedforward: PositiveInt,
         dropout: Share,
         activation: str = "gelu",
+        norm_first: bool = False,
     ) -> None:
         super().__init__()
         width = dimensions.width
         self.layer_input = LayerInputs(dimensions, embeddings, layer_input, layers)
         self.dropout = nn.Dropout(dropout)
-        layer = nn.TransformerDecoderLayer(width, heads, feedforward, dropout, activation, batch_first=True)
+        layer = nn.TransformerDecoderLayer(
+            width, heads, feedforward, dropout, activation, batch_first=True, norm_first=norm_first
+        )
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.pose = nn.Linear(width, dimensions.features)
 

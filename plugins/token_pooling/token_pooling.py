@@ -22,6 +22,10 @@ class TokenPooling(nn.Module):
     N(0, I).
 
     A motion with several tags gets the sum of their tokens (the paper has one action for each motion).
+
+    Args:
+        norm_first: layers normalise what they get, not what they give. False is the paper's; short runs learn several
+            times faster with True.
     """
 
     reads: ClassVar[frozenset[str]] = frozenset()
@@ -36,6 +40,7 @@ class TokenPooling(nn.Module):
         feedforward: PositiveInt,
         dropout: Share,
         activation: str = "gelu",
+        norm_first: bool = False,
     ) -> None:
         super().__init__()
         self.width = dimensions.width
@@ -44,7 +49,9 @@ class TokenPooling(nn.Module):
         self.mean_tokens = nn.Parameter(torch.randn(dimensions.tags, self.width))
         self.log_variance_tokens = nn.Parameter(torch.randn(dimensions.tags, self.width))
         self.dropout = nn.Dropout(dropout)
-        layer = nn.TransformerEncoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
+        layer = nn.TransformerEncoderLayer(
+            self.width, heads, feedforward, dropout, activation, batch_first=True, norm_first=norm_first
+        )
         self.transformer = nn.TransformerEncoder(layer, layers, enable_nested_tensor=False)
 
     def posterior(self, batch: MotionBatch) -> Posterior:
