@@ -6,15 +6,17 @@ from functools import partial
 
 import torch
 
-from motiongen.contracts import Condition, MotionBatch, TrainingScheme
+from motiongen.contracts import Condition, GeneratorModule, MotionBatch, TrainingScheme
 from motiongen.generation.conditioning import Unconditioned
 from motiongen.generation.staged import StagedGenerator
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import JOINTS, Skeleton
 from motiongen_plugins.autoregressive_transformer.autoregressive_transformer import AutoregressiveTransformer
 from motiongen_plugins.condition_encoder.condition_encoder import ConditionEncoder
+from motiongen_plugins.one_shot_transformer.one_shot_transformer import OneShotTransformer
 from motiongen_plugins.reverse_positional_encoding.reverse_positional_encoding import ReversePositionalEncoding
 from motiongen_plugins.scheduled_sampling.scheduled_sampling import ScheduledSampling
+from motiongen_plugins.sinusoidal_queries.sinusoidal_queries import SinusoidalQueries
 from motiongen_plugins.tag_injection.tag_injection import TagInjection
 from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
 from motiongen_plugins.trajectory_branch.trajectory_branch import TrajectoryBranch
@@ -50,6 +52,23 @@ def marionet(training: TrainingScheme | None = None, dropout: float = 0.0, resid
         decoder=partial(AutoregressiveTransformer, layer_input={}, layers=2, residual=residual, **transformer),
         training=training or ScheduledSampling(activate=0.25, accomplish=0.75),
     )
+
+
+def cannot_be_reached(generator: GeneratorModule) -> set[str]:
+    """Parameters that have no influence, whatever their values.
+
+    Attention to a single vector gives it the weight 1, whatever is asked. So where ACTOR's decoder, whose memory is z'
+    alone, normalises first, the normalisation of what asks changes nothing.
+    """
+    decoder, unroller = (getattr(generator, stage, None) for stage in ("decoder", "unroller"))
+    if not (isinstance(decoder, OneShotTransformer) and isinstance(unroller, SinusoidalQueries)):
+        return set()
+    return {
+        f"decoder.transformer.layers.{number}.norm2.{part}"
+        for number, layer in enumerate(decoder.transformer.layers)
+        if layer.norm_first
+        for part in ("weight", "bias")
+    }
 
 
 def skeleton() -> Skeleton:
