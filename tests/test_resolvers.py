@@ -58,11 +58,6 @@ def test_a_factor_of_one_changes_nothing() -> None:
     assert resolved("${dropout:0.1}", dropout=1.0) == 0.1
 
 
-def test_the_weight_of_a_sum_over_the_batch_grows_with_the_batch() -> None:
-    config = compose(["+experiment=actor", "scale=paper", "data.batch_size=40"])
-    assert config.objective.weights.kl == pytest.approx(4e-4)
-
-
 def test_the_cache_is_chosen_by_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("MOTIONGEN_CACHE", str(tmp_path))
     assert compose().cache == str(tmp_path)

@@ -79,11 +79,6 @@ def scaled_learning_rate(paper: float, *, _root_: Container) -> float:
     return paper * _factor(_root_, "learning_rate")
 
 
-def summed_weight(paper: float, *, _root_: Container) -> float:
-    """The weight of a mean over the batch that a paper gives for the sum over it."""
-    return paper * int(OmegaConf.select(_root_, "data.batch_size"))
-
-
 def default_cache() -> str:
     """Where prepared data and recognizers are kept: $MOTIONGEN_CACHE, or the platform's folder for caches."""
     if chosen := os.environ.get("MOTIONGEN_CACHE"):
@@ -161,7 +156,6 @@ def register_resolvers() -> None:
         "batch": scaled_batch,
         "frames": capped_frames,
         "learning_rate": scaled_learning_rate,
-        "summed": summed_weight,
         "default_cache": default_cache,
         "run_name": run_name,
         "row_folder": row_folder,
