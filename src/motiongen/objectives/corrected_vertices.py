@@ -17,9 +17,9 @@ from motiongen.objectives.vertices import DirectSkinning, FactoredSkinning
 class CorrectedVertices:
     """Mean squared error of the vertices' coordinates relative to the pelvis, square metres.
 
-    It is `Vertices(correctives=True)` without the velocities: no more vertices are held than fit into the cache. With
-    `sampled` it is an estimate without bias. The error of rigid skinning is exact, and what the correctives change in
-    it, a few per cent, is estimated on some vertices (a control variate):
+    It is `Vertices(correctives=True)` without the velocities, and faster, as vertices are compared where they are made;
+    the gradient needs about as much memory. With `sampled` it is an estimate without bias. The error of rigid skinning
+    is exact, and what the correctives change in it, a few per cent, is estimated on some vertices (a control variate):
 
         mean_i |dv_i|^2 ~ mean_i |du_i|^2 + mean_{i in sample} (|dv_i|^2 - |du_i|^2)
 
