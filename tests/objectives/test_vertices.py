@@ -15,6 +15,7 @@ from motiongen.contracts import CompositionError, Prediction
 from motiongen.motion.bodies import Body, makehuman, smpl
 from motiongen.motion.representation import TRANSLATION, pack, unpack
 from motiongen.motion.skeleton import JOINTS, Skeleton
+from motiongen.objectives import vertices
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.terms import squared_error, velocity_error
 from motiongen.objectives.vertices import TOGETHER, DirectSkinning, Vertices, vertex_factor
@@ -135,8 +136,10 @@ def test_an_objective_names_it_with_the_body_of_the_run() -> None:
     assert (predicted.grad[1, 3:] == 0).all()
 
 
-def test_direct_skinning_part_by_part_is_skinning_at_once():
-    body, features = makehuman(), motion(0, length=TOGETHER + 1)
+@pytest.mark.parametrize("together", [1, 700, TOGETHER])
+def test_direct_skinning_part_by_part_is_skinning_at_once(body: Body, monkeypatch, together: int) -> None:
+    monkeypatch.setattr(vertices, "TOGETHER", together)
+    features = motion(0, length=3)
     rotations, position = unpack(features)
     found = DirectSkinning(body)(rotations, position)
     torch.testing.assert_close(found, body.vertices(rotations, position).flatten(-2))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import torch
 from torch import Tensor
 
@@ -14,8 +16,8 @@ from motiongen.motion.skeleton import JOINTS, Skeleton
 NULL = 1e-12
 """A direction of transforms with a smaller share of the largest eigenvalue moves no vertex."""
 
-TOGETHER = 32
-"""Poses that are skinned at once: what is worked out for so many vertices stays in the processor's cache."""
+TOGETHER = 2**16
+"""Vertices times poses that are skinned at once: what is worked out for them stays in the processor's cache."""
 
 
 class Vertices:
@@ -61,10 +63,33 @@ class DirectSkinning:
 
     def __call__(self, rotations: Tensor, position: Tensor) -> Tensor:
         """Local rotations (..., 22, 3, 3) and pelvis positions (..., 3) to (..., 3V), metres."""
-        turns, places = rotations.reshape(-1, *rotations.shape[-3:]), position.reshape(-1, 3)
-        poses = zip(turns.split(TOGETHER), places.split(TOGETHER), strict=True)
-        vertices = torch.cat([self.body.vertices(*some) for some in poses])
-        return vertices.reshape(*position.shape[:-1], 3 * len(self.body.rest))
+        poses = position.shape[:-1]
+        numbers = torch.cat(list(self.parts(rotations.reshape(-1, JOINTS, 3, 3), position.reshape(-1, 3))))
+        return numbers.movedim(-1, 0).reshape(*poses, 3 * len(self.body.rest))
+
+    def parts(self, rotations: Tensor, position: Tensor) -> Iterator[Tensor]:
+        """(3v, N) of some vertices after others, metres: `Body.vertices` with the poses last.
+
+        Args:
+            rotations: (N, 22, 3, 3) local.
+            position: (N, 3) of the pelvis.
+        """
+        body, count = self.body, len(position)
+        world, moved = body.transforms(rotations, position)
+        columns = [world[..., axis].movedim(0, -1).flatten(1) for axis in range(3)]  # (22, 3N) each
+        shift = moved.movedim(0, -1).flatten(1)
+        bent = (rotations[:, 1:] - torch.eye(3).to(rotations)).flatten(1).T.contiguous()
+        size = max(1, TOGETHER // max(1, count))
+        for start in range(0, len(body.rest), size):
+            some = slice(start, start + size)
+            weights, rest = body.weights[some], body.rest[some].reshape(-1, 1)
+            if body.pose_directions is not None:
+                rest = torch.addmm(rest, body.pose_directions[some].flatten(0, 1), bent)
+            place = rest.unflatten(0, (-1, 3))  # (v, 3, N or 1)
+            posed = (weights @ shift).unflatten(1, (3, count))
+            for axis, column in enumerate(columns):
+                posed = torch.addcmul(posed, place[:, axis, None], (weights @ column).unflatten(1, (3, count)))
+            yield posed.flatten(0, 1)
 
 
 class FactoredSkinning:

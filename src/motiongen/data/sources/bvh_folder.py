@@ -195,15 +195,18 @@ class BvhFolder:
 
 def _offsets(rig: Rig, rotations: Tensor, positions: Tensor, align: Tensor) -> Tensor:
     """(22, 3) each joint from its parent in the T-pose; joints that a rig lacks divide the bone evenly."""
-    offsets = torch.zeros(JOINTS, 3, dtype=torch.float64)
+    chains: list[list[int]] = []
     for joint in range(1, JOINTS):
         if rig.names[JOINT_NAMES[joint]] is None:
             continue
         chain = [joint]
         while rig.names[JOINT_NAMES[PARENTS[chain[-1]]]] is None:
             chain.append(PARENTS[chain[-1]])
-        start = PARENTS[chain[-1]]
-        bone = align[start] @ bones(rotations, positions, [(start, joint)])[0]
+        chains.append(chain)
+    starts = [PARENTS[chain[-1]] for chain in chains]
+    ends = bones(rotations, positions, [(start, chain[0]) for start, chain in zip(starts, chains, strict=True)])
+    offsets = torch.zeros(JOINTS, 3, dtype=torch.float64)
+    for chain, bone in zip(chains, (align[starts] @ ends.unsqueeze(-1)).squeeze(-1), strict=True):
         offsets[chain] = bone / len(chain)
     return offsets
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -32,10 +33,12 @@ def smpl_pose(rotations: Tensor, align: Tensor, pelvis: Tensor) -> tuple[Tensor,
     Returns:
         Local rotations (T, 22, 3, 3) and pelvis positions (T, 3), z up.
     """
-    world = rotations @ align.transpose(-1, -2)
-    local = world[:, list(PARENTS)].transpose(-1, -2) @ world
-    local[:, 0] = WORLD_FROM_Y_UP @ world[:, 0]
-    return local, pelvis @ WORLD_FROM_Y_UP.T
+    # With the frames last, a product of small matrices is a few long sums, several times faster than T products.
+    turns = rotations.movedim(0, -1).contiguous().numpy()
+    world = np.einsum("jabt,jcb->jact", turns, align.numpy())
+    local = np.einsum("jbat,jbct->jact", world[list(PARENTS)], world)
+    local[0] = np.einsum("ab,bct->act", WORLD_FROM_Y_UP.numpy(), world[0])
+    return torch.from_numpy(local).movedim(-1, 0), pelvis @ WORLD_FROM_Y_UP.T
 
 
 def features(rotations: Tensor, pelvis: Tensor) -> Tensor:

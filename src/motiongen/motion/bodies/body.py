@@ -78,12 +78,15 @@ class Body:
 
     def vertices(self, rotations: Tensor, translation: Tensor) -> Tensor:
         """Pose the mesh: local rotations (..., 22, 3, 3) and pelvis positions (..., 3) to (..., V, 3), metres."""
-        world, joints = forward_kinematics(rotations, translation, self.skeleton)
-        moved = joints - (world @ self.rest_joints.to(joints).unsqueeze(-1)).squeeze(-1)
         rest = self.rest
         if self.pose_directions is not None:
             rest = rest + pose_offsets(self.pose_directions, rotations)
-        return skin(rest, self.weights, world, moved)
+        return skin(rest, self.weights, *self.transforms(rotations, translation))
+
+    def transforms(self, rotations: Tensor, translation: Tensor) -> tuple[Tensor, Tensor]:
+        """World rotations (..., 22, 3, 3) of the joints, and where each takes the rest pose's origin, (..., 22, 3)."""
+        world, joints = forward_kinematics(rotations, translation, self.skeleton)
+        return world, joints - (world @ self.rest_joints.to(joints).unsqueeze(-1)).squeeze(-1)
 
     def joints(self, rotations: Tensor, translation: Tensor) -> Tensor:
         """World positions of the joints, (..., 22, 3), metres."""
