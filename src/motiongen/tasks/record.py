@@ -30,6 +30,7 @@ from motiongen.evaluation.table import (
     disagreements,
     further_rows,
     interval_rows,
+    length_rows,
     markdown,
     metric_rows,
     report,
@@ -123,6 +124,10 @@ class Record:
             self.tracker.log_table(f"{prefix}metrics", metric_rows(evaluation))
             self.tracker.log_table(f"{prefix}further_metrics", further_rows(evaluation))
             self.tracker.log_table(f"{prefix}intervals", interval_rows(evaluation))
+            for frames, values in evaluation.length_scalars().items():
+                self.tracker.log_metrics({f"{prefix}{name}": value for name, value in values.items()}, step=frames)
+            if evaluation.protocol.lengths:
+                self.tracker.log_table(f"{prefix}lengths", length_rows(evaluation))
             parts.append(report(evaluation))
             if groups:
                 rows = training_rows(evaluation, groups)
