@@ -26,6 +26,8 @@ class StoredResult:
     name: str
     evaluation: Mapping[str, Any]
     """As `Evaluation.to_json` gave it"""
+    latents: Mapping[str, float] | None = None
+    """As `LatentSpace.figures` gave it; None for generators without codes"""
 
     def differences(self, other: StoredResult) -> list[str]:
         """Why the two do not compare: `protocol.seeds: 5 and 20`; nothing where they do."""
@@ -45,7 +47,7 @@ def read_result(folder: Path) -> StoredResult:
     path = folder / SUMMARY_FILE
     try:
         summary = json.loads(path.read_text(encoding="utf-8"))
-        result = StoredResult(str(summary["name"]), summary["evaluation"])
+        result = StoredResult(str(summary["name"]), summary["evaluation"], summary.get("latents"))
         for field in DECIDES:
             result.evaluation[field]
         for system in result.evaluation["systems"].values():

@@ -122,14 +122,17 @@ def _known(interval: Interval) -> bool:
     return not math.isnan(interval.low)
 
 
-def interval_text(table: StudyTable, metric: str, interval: Interval) -> str:
+def interval_text(metric: str, interval: Interval) -> str:
     """`0.370 [0.301, 0.439]`, without the ends where there is one training, a dash where there is none."""
+    return decimals_text(interval, KNOWN[metric][1])
+
+
+def decimals_text(interval: Interval, decimals: int) -> str:
+    """The same with so many decimals."""
     if math.isnan(interval.value):
         return "-"
-    text = table.number(metric, interval.value)
-    if _known(interval):
-        text += f" [{table.number(metric, interval.low)}, {table.number(metric, interval.high)}]"
-    return text
+    text = f"{interval.value:.{decimals}f}"
+    return f"{text} [{interval.low:.{decimals}f}, {interval.high:.{decimals}f}]" if _known(interval) else text
 
 
 def columns_published(table: StudyTable) -> Sequence[str]:

@@ -16,6 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.curves import draw_curves
+from motiongen.evaluation.latents import LATENTS_FILE, LatentSpace, draw_latents
 from motiongen.evaluation.long_results import (
     LongResult,
     curve_rows,
@@ -181,6 +182,19 @@ class Record:
         path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         self.tracker.log_artifact(path)
         self._closing += parts
+
+    def latents(self, space: LatentSpace) -> None:
+        """The codes of the test clips, as a picture, and how much of the action can be read from them."""
+        figures = space.figures()
+        self._summary["latents"] = figures
+        self.tracker.log_metrics({f"generated/{name}": value for name, value in figures.items()})
+        path = self._folder / LATENTS_FILE
+        draw_latents(path, space)
+        self.tracker.log_artifact(path)
+        self._closing.append(
+            f"Actions read from the codes of test clips: {space.before:.3f} before conditioning, {space.after:.3f} "
+            f"after, {space.commonest:.3f} by naming the commonest ({path.name})"
+        )
 
     def latency(self, milliseconds: float) -> None:
         """What a frame of a single motion costs."""

@@ -37,8 +37,10 @@ def report_study(config: DictConfig) -> None:
     Raises:
         StudyError: nothing was measured, or not alike.
     """
+    from motiongen.evaluation.latents import LATENTS_FILE
     from motiongen.studies.curves import curves_csv, draw_curves, length_curves
-    from motiongen.studies.plots import draw_rows
+    from motiongen.studies.latents import code_rows, latent_pictures
+    from motiongen.studies.plots import draw_rows, lay_side_by_side
     from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
     from motiongen.studies.results import study_results
     from motiongen.studies.table import study_table
@@ -56,7 +58,16 @@ def report_study(config: DictConfig) -> None:
         pictures.append(folder / f"report_{curves.name}.png")
         draw_curves(pictures[-1], curves)
         paths.append(_written(folder / f"report_{curves.name}.csv", curves_csv(curves)))
-    texts = {"md": as_markdown(table), "csv": as_csv(table), "tex": as_latex(table), "html": as_html(table, pictures)}
+    codes = code_rows(results)
+    if codes:
+        pictures.append(folder / f"report_{LATENTS_FILE}")
+        lay_side_by_side(pictures[-1], latent_pictures(config.tracker.uri, results))
+    texts = {
+        "md": as_markdown(table, codes),
+        "csv": as_csv(table),
+        "tex": as_latex(table),
+        "html": as_html(table, pictures, codes),
+    }
     paths += [_written(folder / f"report.{ending}", text) for ending, text in texts.items()]
     tracker = MlflowTracker(uri=config.tracker.uri, experiment=config.tracker.experiment)
     tracker.start(f"{name}-{folder.name}", {}, {}, folder)
