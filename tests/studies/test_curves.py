@@ -9,7 +9,7 @@ import pytest
 
 from motiongen.evaluation.results import REAL
 from motiongen.evaluation.stored import StoredResult
-from motiongen.studies.curves import curves_csv, draw_curves, length_curves
+from motiongen.studies.curves import curves_csv, draw_curves, length_curves, place_curves
 from motiongen.studies.results import StudyResults
 from motiongen.studies.statistics import over_trainings
 
@@ -64,6 +64,26 @@ def test_every_point_is_in_the_file_and_the_picture_is_drawn(tmp_path: Path) -> 
     assert (tmp_path / "curves.png").stat().st_size > 10_000
 
 
-def test_a_study_without_lengths_has_no_such_curves() -> None:
+def test_a_study_without_lengths_and_places_has_no_such_curves() -> None:
     plain = StoredResult("run", {"systems": {"generated": {}, REAL: {}}})
-    assert length_curves(StudyResults("parts", "id", {"row": (plain,)}, ())) is None
+    results = StudyResults("parts", "id", {"row": (plain,)}, ())
+    assert length_curves(results) is None
+    assert place_curves(results, ["fid"]) is None
+
+
+def test_long_motion_is_drawn_along_the_sequence(tmp_path: Path) -> None:
+    def judged(*accuracies: float | None) -> StoredResult:
+        systems = {name: {"places": {"overall_accuracy": list(accuracies)}} for name in ("generated", REAL)}
+        return StoredResult("run", {"systems": systems})
+
+    rows = {"marionet": (judged(0.9, 0.8, None), judged(0.7, 0.8, None))}
+    curves = place_curves(StudyResults("schemes", "id", rows, ()), ["overall_accuracy"])
+    assert curves is not None
+    assert curves.headings == {"overall_accuracy": "accuracy, overall"}
+    assert curves.lines["marionet"]["overall_accuracy"] == {
+        1: over_trainings([0.9, 0.7]),
+        2: over_trainings([0.8, 0.8]),
+    }
+    assert curves.lines[REAL]["overall_accuracy"][1].value == 0.9
+    draw_curves(tmp_path / "places.png", curves)
+    assert (tmp_path / "places.png").stat().st_size > 5_000

@@ -34,6 +34,7 @@ def result(fid: float) -> StoredResult:
     systems = {"generated": {"metrics": {**metrics, "fid": {"mean": fid}}}, "real": {"metrics": metrics}}
     evaluation = {
         "systems": systems,
+        "protocol": {"seeds": 2},
         "count": 50,
         "seeds": [0, 1],
         "data_fingerprint": "d" * 64,

@@ -1,16 +1,17 @@
-"""What the rows of a study scored along something: the lengths that they were asked for."""
+"""What the rows of a study scored along something: lengths that they were asked for, places in long motion."""
 
 from __future__ import annotations
 
 import csv
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from motiongen.evaluation.results import REAL
+from motiongen.evaluation.stored_long import LONG_HEADINGS
 from motiongen.evaluation.table import HEADINGS
 from motiongen.evaluation.uncertainty import Interval
 from motiongen.files import replacing
@@ -52,7 +53,26 @@ def length_curves(results: StudyResults) -> Curves | None:
     return Curves("lengths", "frames asked for", headings, lines, apart, remark)
 
 
-def _along(systems: list[Mapping[str, Any]], metric: str) -> dict[int, Interval]:
+def place_curves(results: StudyResults, metrics: Sequence[str]) -> Curves | None:
+    """Metrics of long motion along the sequence; None where the rows are of single actions."""
+    first = next(iter(results.rows.values()))[0].evaluation["systems"][REAL]
+    if not first.get("places"):
+        return None
+    lines = {REAL: {metric: _by_place([first], metric) for metric in metrics}}
+    for row, trainings in results.rows.items():
+        systems = [one.evaluation["systems"][GENERATED] for one in trainings]
+        lines[row] = {metric: _by_place(systems, metric) for metric in metrics}
+    headings = {metric: LONG_HEADINGS[metric][0] for metric in metrics}
+    return Curves("places", "place in the sequence", headings, lines)
+
+
+def _by_place(systems: Sequence[Mapping[str, Any]], metric: str) -> dict[int, Interval]:
+    courses = zip(*(system["places"][metric] for system in systems), strict=True)
+    known = {place: [value for value in own if value is not None] for place, own in enumerate(courses, start=1)}
+    return {place: over_trainings(own) for place, own in known.items() if own}
+
+
+def _along(systems: Sequence[Mapping[str, Any]], metric: str) -> dict[int, Interval]:
     values: dict[int, list[float]] = {}
     for system in systems:
         for length in system["lengths"]:

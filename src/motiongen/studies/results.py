@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 from omegaconf import DictConfig
 
 from motiongen.evaluation.results import REAL
-from motiongen.evaluation.stored import StoredResult, alike, read_result
+from motiongen.evaluation.stored import StoredResult, alike, read_result, read_summary
+from motiongen.evaluation.stored_long import long_result
 from motiongen.runs import SUMMARY_FILE
 from motiongen.studies.naming import StudyError
 from motiongen.tracking.mlflow import PARENT, run_id_in
@@ -107,7 +108,8 @@ def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Ru
 def _result(client: MlflowClient, run: Run) -> StoredResult:
     with tempfile.TemporaryDirectory() as folder:
         client.download_artifacts(run.info.run_id, SUMMARY_FILE, folder)
-        return read_result(Path(folder))
+        summary = read_summary(Path(folder))
+        return long_result(summary) if "sequences" in summary else read_result(Path(folder))
 
 
 def _require_alike(rows: Mapping[str, tuple[StoredResult, ...]]) -> None:

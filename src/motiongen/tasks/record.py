@@ -153,6 +153,7 @@ class Record:
         results: Sequence[Mapping[str, LongResult]],
         groups: Mapping[str, Sequence[str]],
         protocol: Mapping[str, Any],
+        recognizers: Sequence[TrainedRecognizer],
     ) -> None:
         """Figures of long motions on one kind of sequences: under the first recognizer, and under a second one.
 
@@ -161,8 +162,17 @@ class Record:
             results: one a recognizer: system to its figures.
             groups: systems that are trainings of one composition, by its name.
             protocol: of the sequences.
+            recognizers: that judged, in the order of the results.
         """
         parts = []
+        self._summary["recognizers"] = [
+            {
+                "name": type(one.recognizer).__name__,
+                "fingerprint": one.fingerprint,
+                "test_accuracy": one.test_accuracy,
+            }
+            for one in recognizers
+        ]
         self._summary["sequences"] = dict(protocol)
         for own, prefix in zip(results, ("", "second_"), strict=False):
             name = f"{prefix}{kind}"

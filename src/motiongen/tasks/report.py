@@ -38,7 +38,7 @@ def report_study(config: DictConfig) -> None:
         StudyError: nothing was measured, or not alike.
     """
     from motiongen.evaluation.latents import LATENTS_FILE
-    from motiongen.studies.curves import curves_csv, draw_curves, length_curves
+    from motiongen.studies.curves import curves_csv, draw_curves, length_curves, place_curves
     from motiongen.studies.latents import code_rows, latent_pictures
     from motiongen.studies.plots import draw_rows, lay_side_by_side
     from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
@@ -54,7 +54,7 @@ def report_study(config: DictConfig) -> None:
     pictures = [folder / "report.png"]
     draw_rows(pictures[0], table)
     paths = []
-    if curves := length_curves(results):
+    for curves in filter(None, (length_curves(results), place_curves(results, table.metrics))):
         pictures.append(folder / f"report_{curves.name}.png")
         draw_curves(pictures[-1], curves)
         paths.append(_written(folder / f"report_{curves.name}.csv", curves_csv(curves)))
