@@ -14,7 +14,7 @@ from motiongen.studies.table import Cell, StudyTable, columns_published, interva
 
 LEGEND = (
     "Means over trainings [95% interval by Student's t]. Bold: the best mean; =: not told from it by Welch's t-test at "
-    "5%. Diversity, multimodality and speed are best where they are nearest to the real clips'."
+    "5%. Diversity, multimodality, speed and gaps at seams are best where they are nearest to the real clips'."
 )
 CODES_LEGEND = (
     "Codes of the test clips: the share whose action is that of the nearest centroid of training clips' codes, before "

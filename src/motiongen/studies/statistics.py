@@ -103,6 +103,8 @@ def rank_agreement(values: Mapping[str, Sequence[float]], published: Mapping[str
         _tau([float(np.mean(draws.choice(values[row], len(values[row])))) for row in rows], theirs)
         for _ in range(DRAWS)
     ]
+    if np.isnan(taus).all():  # every row scored the same
+        return Interval(value, math.nan, math.nan)
     low, high = np.nanquantile(taus, [LEVEL / 2, 1 - LEVEL / 2])
     return Interval(value, float(low), float(high))
 

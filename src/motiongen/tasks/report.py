@@ -59,9 +59,9 @@ def report_study(config: DictConfig) -> None:
         draw_curves(pictures[-1], curves)
         paths.append(_written(folder / f"report_{curves.name}.csv", curves_csv(curves)))
     codes = code_rows(results)
-    if codes:
+    if drawn := latent_pictures(config.tracker.uri, results):
         pictures.append(folder / f"report_{LATENTS_FILE}")
-        lay_side_by_side(pictures[-1], latent_pictures(config.tracker.uri, results))
+        lay_side_by_side(pictures[-1], drawn)
     texts = {
         "md": as_markdown(table, codes),
         "csv": as_csv(table),
