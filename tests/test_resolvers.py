@@ -86,3 +86,22 @@ def test_a_run_is_named_by_what_runs(overrides: list[str], name: str) -> None:
 def test_run_names_stay_short_enough_for_a_folder() -> None:
     config = compose(["+experiment=marionette", f"+generator.text={'x' * 500}"], with_hydra=True)
     assert len(OmegaConf.select(config, "hydra.run.dir").split("/")[1]) <= 120
+
+
+def test_a_row_finds_the_training_of_another_row_and_of_another_study() -> None:
+    """With the seed and the changes that its own command line has, but for those that only long motion reads."""
+    changes = ["seed=2", "scale=smoke", "data.draws=3"]
+    trained = compose(["+ablation/marionet_next_tag=without_next_tag", *changes], with_hydra=True)
+    folder = f"runs/studies/marionet_next_tag/builtin-smoke/{OmegaConf.select(trained, 'hydra.run.dir').split('/')[1]}"
+    assert folder.endswith("without_next_tag-builtin-smoke-s2-data.draws=3")
+    judged = [
+        "+ablation/long_motion_next_tag=without_next_tag",
+        *changes,
+        "sequences.count=3",
+        "corrections=shadow_start",
+    ]
+    config = compose(judged, with_hydra=True)
+    assert config.task.name == "long_motion"
+    assert list(config.runs) == [folder]
+    tuned = compose(["+ablation/actor_variable_length=variable", "seed=1"], with_hydra=True)
+    assert tuned.init == "runs/studies/actor_variable_length/builtin-small/fixed-builtin-small-s1"

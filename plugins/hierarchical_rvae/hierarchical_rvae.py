@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 
 from motiongen.contracts import (
+    Code,
     CompositionError,
     Condition,
     Dimensions,
@@ -17,12 +19,25 @@ from motiongen.contracts import (
     Posterior,
     Prediction,
 )
+from motiongen.generation.pooling import masked_mean
 from motiongen.generation.pose_forms import RotationForm
 from motiongen.objectives.terms import kl_divergence, mean_over_frames
 from motiongen.options import PositiveInt
 from motiongen_plugins.hierarchical_rvae.attributes import AttributeClassifiers, InitialState
 from motiongen_plugins.hierarchical_rvae.parts import Cell, Denoiser, WordCoder
 from motiongen_plugins.hierarchical_rvae.root_velocity import RootVelocity, root_distance
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the cell made of a motion's words, one after another."""
+
+    latents: Tensor
+    """(B, N, D)"""
+    words: Tensor
+    """(B, N, W)"""
+    divergence: Tensor
+    """(B, N): KL of each posterior to its prior"""
 
 
 class HierarchicalRvae(GeneratorModule):
@@ -92,17 +107,27 @@ class HierarchicalRvae(GeneratorModule):
         judged = self.classifiers(poses, mask)
         condition = self.classifiers.completed(batch.condition, judged)
         words = self.words.encode(self.denoiser.clean(poses, mask, progress))
-        made, divergence = self._follow(words, condition, self.dropping(progress), generator)
-        raw = self.words.decode(made)
+        course = self._follow(words, condition, self.dropping(progress), generator)
+        raw = self.words.decode(course.words)
         remade = self.pose.normalize(raw)
         terms = {
-            "kl": mean_over_frames(divergence.repeat_interleave(self.words.frames, dim=1) / self.words.frames, mask),
+            "kl": mean_over_frames(
+                course.divergence.repeat_interleave(self.words.frames, dim=1) / self.words.frames, mask
+            ),
             "root": mean_over_frames(root_distance(remade, poses), mask),
             "valid_rotations": mean_over_frames(self.pose.violation(raw), mask),
             "classifier": self.classifiers.disagreement(remade, mask, condition, judged),
             "auxiliary": self.classifiers.loss(batch.condition, judged) + self.denoiser.loss(poses, mask, generator),
         }
         return Prediction(self.pose.decode(remade)[:, : batch.motion.shape[1]], terms=terms)
+
+    def code(self, batch: MotionBatch, generator: torch.Generator) -> Code:
+        """Means over a motion's words: of their latents and, as what the condition made of them, the decoded words."""
+        poses, mask = self._whole_words(batch)
+        words = self.words.encode(self.denoiser.clean(poses, mask, 1.0))
+        course = self._follow(words, batch.condition, 0.0, generator)
+        valid = mask[:, :: self.words.frames]
+        return Code(masked_mean(course.latents, valid), masked_mean(course.words, valid))
 
     @property
     def reads(self) -> frozenset[str]:
@@ -122,18 +147,16 @@ class HierarchicalRvae(GeneratorModule):
             poses = self.pose.normalize(self.words.decode(torch.stack(words, dim=1)))
             return self.pose.decode(poses)[:, :frames] * condition.mask.unsqueeze(-1)
 
-    def _follow(
-        self, words: Tensor, condition: Condition, ratio: float, generator: torch.Generator
-    ) -> tuple[Tensor, Tensor]:
-        """Words (B, N, W) through the cell: the words that it makes, (B, N, W), and the KL of each, (B, N)."""
+    def _follow(self, words: Tensor, condition: Condition, ratio: float, generator: torch.Generator) -> Course:
+        """Words (B, N, W) through the cell; with the share `ratio` it goes on from its own."""
         attributes = self.attributes(torch.cat([condition.tags, condition.styles], dim=1))
         state = self.initial_state(condition).sample(generator)
-        made, posteriors, states = [], [], []
+        steps, posteriors, states = [], [], []
         for word in words.unbind(dim=1):
             dropped = (torch.rand(len(word), 1, generator=generator) < ratio).to(word.device)
             states.append(state)
             step, posterior = self.cell(word, attributes, state, dropped, generator)
-            made.append(step.word)
+            steps.append(step)
             posteriors.append(posterior)
             state = step.state
         prior = self.cell.prior(torch.stack(states, dim=1), attributes.unsqueeze(1).expand(-1, len(states), -1))
@@ -141,7 +164,11 @@ class HierarchicalRvae(GeneratorModule):
             torch.stack([one.mean for one in posteriors], dim=1),
             torch.stack([one.log_variance for one in posteriors], dim=1),
         )
-        return torch.stack(made, dim=1), kl_divergence(posterior, prior)
+        return Course(
+            latents=torch.stack([step.latent for step in steps], dim=1),
+            words=torch.stack([step.word for step in steps], dim=1),
+            divergence=kl_divergence(posterior, prior),
+        )
 
     def _whole_words(self, batch: MotionBatch) -> tuple[Tensor, Tensor]:
         """Poses (B, N l, P), and which of them are the motion's, (B, N l); its last pose is held to the words' end."""

@@ -36,6 +36,11 @@ class WordStep(Protocol):
     """What a cell made of one word."""
 
     @property
+    def latent(self) -> Tensor:
+        """(B, D), as it was drawn"""
+        ...
+
+    @property
     def word(self) -> Tensor:
         """(B, W)"""
         ...

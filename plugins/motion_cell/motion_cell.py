@@ -19,6 +19,8 @@ LEAST_DEVIATION = 1e-4
 class Step:
     """What a cell made of one word."""
 
+    latent: Tensor
+    """(B, D): z_n, as it was drawn."""
     word: Tensor
     """(B, W): the word as the cell decoded it."""
     state: Tensor
@@ -73,16 +75,18 @@ class MotionCell(nn.Module):
         """
         seen = self.read_word(word)
         posterior = self.posterior(seen, state, attributes)
-        code = self.read_latent(posterior.sample(generator))
+        latent = posterior.sample(generator)
+        code = self.read_latent(latent)
         made = self.write_word(torch.cat([code, state, attributes], dim=-1))
         heard = torch.where(dropped, self.read_word(made), seen)
-        return Step(made, self.transition(heard, code, state)), posterior
+        return Step(latent, made, self.transition(heard, code, state)), posterior
 
     def sample(self, attributes: Tensor, state: Tensor, generator: torch.Generator) -> Step:
         """Algorithm 2, one step of generation: attributes (B, A), state (B, H)."""
-        code = self.read_latent(self.prior(state, attributes).sample(generator))
+        latent = self.prior(state, attributes).sample(generator)
+        code = self.read_latent(latent)
         made = self.write_word(torch.cat([code, state, attributes], dim=-1))
-        return Step(made, self.transition(self.read_word(made), code, state))
+        return Step(latent, made, self.transition(self.read_word(made), code, state))
 
     def transition(self, seen: Tensor, code: Tensor, state: Tensor) -> Tensor:
         """h_n = f_h(f_w(w_n), f_z(z_n), h_{n-1}) (Eq. 11): two stacked GRU cells, their states side by side."""

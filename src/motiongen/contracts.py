@@ -359,6 +359,13 @@ class GeneratorModule(nn.Module):
         """
         raise CompositionError(f"{type(self).__name__} does not begin with an embedded pose that could be replaced")
 
+    def code(self, batch: MotionBatch, generator: torch.Generator) -> Code | None:
+        """The codes of recorded motions as training draws and conditions them; None for generators without any.
+
+        A generator with several codes a motion gives their means, in whatever widths they have.
+        """
+        return None
+
     def conclude(self, batches: Iterable[MotionBatch]) -> None:
         """Called once when training is over, with every training clip once; most generators need nothing of it.
 

@@ -133,7 +133,8 @@ def _accepts(annotation: ast.expr, value: Any) -> bool:
     if isinstance(annotation, ast.Subscript) and name == "Literal":
         return value in _literals(annotation)
     if name in SEQUENCES:
-        return isinstance(value, ListConfig)
+        members = list(_members(annotation))
+        return isinstance(value, ListConfig) and all(any(_accepts(one, item) for one in members) for item in value)
     if name in MAPPINGS:
         return isinstance(value, DictConfig)
     if (limits := _range(name)) is not None:
@@ -155,7 +156,8 @@ def _words(annotation: ast.expr) -> str:
         return f"{whole} from {interval.least:g} to {interval.most:g}"
     words = {"int": "a whole number", "float": "a number", "bool": "true or false", "str": "text", "Path": "a path"}
     if name in SEQUENCES:
-        return "a list"
+        items = " or ".join(_words(one) for one in _members(annotation))
+        return f"a list, each item {items}" if isinstance(annotation, ast.Subscript) else "a list"
     if name in MAPPINGS:
         return "a set of key: value"
     return "null" if isinstance(annotation, ast.Constant) else words.get(name, ast.unparse(annotation))
@@ -168,6 +170,12 @@ def _range(name: str) -> tuple[type, ranges.Range] | None:
         return None
     kind, interval = get_args(alias)
     return kind, interval
+
+
+def _members(annotation: ast.expr) -> Iterator[ast.expr]:
+    """What the items of a list may be; anything where its annotation does not say it."""
+    inner = annotation.slice if isinstance(annotation, ast.Subscript) else ast.Name("Any")
+    yield from _alternatives(inner.elts[0] if isinstance(inner, ast.Tuple) else inner)
 
 
 def _literals(annotation: ast.Subscript) -> list[Any]:

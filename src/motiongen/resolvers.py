@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ SHOWN_ELSEWHERE = {
     *("search", "study", "reuse", "retry_failed"),
 }
 """Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
+OF_LONG_MOTION = ("sequences", "corrections", "correction@")
+"""How overrides begin that no training reads."""
 SHOWN_ELSEWHERE_BELOW = ("tracker.", "ablation/", "trial.", "hydra")
 
 
@@ -92,15 +94,18 @@ def run_name(*, _root_: Container) -> str:
     """What runs, for folders and trackers: `marionette-builtin-small-s0`, then what the command line changed."""
     hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
     choices = hydra.runtime.choices
-    task = choices.get("task", "train")
-    name = OmegaConf.select(_root_, "name")
-    seed = OmegaConf.select(_root_, "seed")
-    if row := chosen_row(choices):
-        name = row.name
+    row = chosen_row(choices)
+    name = row.name if row else OmegaConf.select(_root_, "name")
+    return _named(_root_, name, choices.get("task", "train"), hydra.overrides.task)
+
+
+def _named(root: Container, name: str | None, task: str, overrides: Iterable[str]) -> str:
+    hydra = OmegaConf.select(root, "hydra") or HydraConfig.get()
+    choices = hydra.runtime.choices
     parts = [str(part) for part in (name, None if task == "train" else task) if part]
     parts += [str(choices[group]) for group in ("data", "scale") if choices.get(group)]
-    parts.append(f"s{seed}")
-    for override in hydra.overrides.task:
+    parts.append(f"s{OmegaConf.select(root, 'seed')}")
+    for override in overrides:
         key, _, value = override.lstrip("+~").partition("=")
         if key not in SHOWN_ELSEWHERE and not key.startswith(SHOWN_ELSEWHERE_BELOW):
             place = key.replace("/", ".").removeprefix("generator.")
@@ -131,13 +136,18 @@ def sweep_subfolder(*, _root_: Container) -> str:
 
 
 def row_folder(row: str, *, _root_: Container) -> str:
-    """Where another row of this study lies, with the same seed and the same changes."""
+    """Where a training lies that is another row, `row` of this study or `study/row`, with the same seed and changes.
+
+    Changes of what long motion is judged on are no changes of a training.
+    """
     hydra = OmegaConf.select(_root_, "hydra") or HydraConfig.get()
     own = chosen_row(hydra.runtime.choices)
     if own is None:
         raise ValueError(f"${{row_folder:{row}}} has a meaning in the rows of a study alone")
-    other = row + run_name(_root_=_root_).removeprefix(own.name)
-    return str(study_folder(own.study, hydra.runtime.choices["data"], hydra.runtime.choices["scale"]) / other)
+    study, _, name = row.rpartition("/")
+    changes = [text for text in hydra.overrides.task if not text.lstrip("+~").startswith(OF_LONG_MOTION)]
+    folder = study_folder(study or own.study, hydra.runtime.choices["data"], hydra.runtime.choices["scale"])
+    return str(folder / _named(_root_, name, "train", changes))
 
 
 def current_run_name(config: DictConfig) -> str:

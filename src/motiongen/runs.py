@@ -40,7 +40,7 @@ def completed(arguments: list[str]) -> list[str]:
     """
     resume, run, init = (_value(arguments, key) for key in ("resume", "run", "init"))
     if init is not None:
-        _require_generator(init, "init")
+        require_generator(init, "init")
         arguments = [*_without(arguments, {"init"}), _override("init", init)]
     arguments = [_runs(text) if text.startswith("runs=[") and text.endswith("]") else text for text in arguments]
     if resume is not None:
@@ -67,7 +67,7 @@ def _resumed(arguments: list[str], folder: Path) -> list[str]:
 def _reopened(arguments: list[str], folder: Path) -> list[str]:
     """The run's configuration, and what is typed now on top of it."""
     stored = stored_overrides(folder, "run")
-    _require_generator(folder, "run")
+    require_generator(folder, "run")
     typed = _without(arguments, {"run"})
     again = {_key(text) for text in typed} | {"task", "run", "resume"}
     kept = _without(stored, again)
@@ -79,11 +79,11 @@ def _runs(argument: str) -> str:
     names = [name.strip().strip("'\"") for name in argument.removeprefix("runs=[").removesuffix("]").split(",")]
     folders = [run_folder_of(name) for name in names if name]
     for folder in folders:
-        _require_generator(folder, "runs")
+        require_generator(folder, "runs")
     return f"runs=[{','.join(quoted(folder) for folder in folders)}]"
 
 
-def _require_generator(folder: Path, key: str) -> None:
+def require_generator(folder: Path, key: str) -> None:
     """Raises RunError unless the folder is that of a run which finished its training."""
     stored_overrides(folder, key)
     if not (folder / GENERATOR_FILE).is_file():

@@ -28,6 +28,7 @@ def data(
     min_frames: int = 20,
     random_length: bool = False,
     hidden_labels: float = 0.0,
+    train_frames: int | None = None,
 ) -> MotionData:
     return MotionData(
         source=ListedSource(ROWS, frozenset({"walk"})),
@@ -40,6 +41,7 @@ def data(
         draws=draws,
         random_length=random_length,
         hidden_labels=hidden_labels,
+        train_frames=train_frames,
     )
 
 
@@ -103,6 +105,32 @@ def test_training_windows_of_random_length_leave_the_test_windows_alone(tmp_path
     assert same(list(random.train_batches(3)), list(random.train_batches(3)))
     assert same(list(random.test_batches(3)), list(fixed.test_batches(3)))
     assert random.fingerprint == fixed.fingerprint
+
+
+def test_a_training_on_short_windows_is_judged_on_those_of_another(tmp_path: Path) -> None:
+    short, other = (
+        data(tmp_path, max_frames=80, min_frames=40, train_frames=40),
+        data(tmp_path, max_frames=80, min_frames=40),
+    )
+    assert set(torch.cat([batch.condition.lengths for batch in short.train_batches(0)]).tolist()) == {40}
+    assert same(list(short.test_batches(3)), list(other.test_batches(3)))
+    assert short.fingerprint == other.fingerprint
+    with pytest.raises(InputError, match=r"data\.train_frames \(90\)"):
+        data(tmp_path, max_frames=80, min_frames=40, train_frames=90)
+
+
+def test_test_motions_of_a_length_begin_where_test_windows_do(tmp_path: Path) -> None:
+    run = data(tmp_path, max_frames=40)
+    items = run.test_items()
+    starts = {tuple(items[number].initial_motion.flatten().tolist()) for number in range(len(items))}
+    for frames in (25, 60, 95):
+        batches = list(run.test_windows(frames, 3))
+        assert all(batch.motion.shape[1] == frames and batch.condition.mask.all() for batch in batches)
+        fits = sum(part.start + frames <= clip.stop for clip in run.split.test for part in clip.windows(40, 20))
+        assert sum(len(batch.motion) for batch in batches) == fits
+        begun = {tuple(one.flatten().tolist()) for batch in batches for one in batch.condition.initial_motion}
+        assert begun <= starts
+    assert list(run.test_windows(500, 3)) == []
 
 
 def test_test_batches_hold_all_test_windows_and_never_change(tmp_path: Path) -> None:

@@ -313,3 +313,27 @@ def test_the_experiment_has_the_papers_numbers():
     assert (config.data.batch_size, config.data.max_frames) == (64, 200)
     assert (config.trainer.max_epochs, config.trainer.gradient_clip_val) == (1600, 0.1)
     assert config.optimizer.optimizer.lr == 0.001
+
+
+def test_the_code_of_a_motion_is_the_mean_over_its_own_words() -> None:
+    """Two words of three frames: padding that makes a third one changes nothing, and one word is itself."""
+    generator = rvae().eval()
+    noise = torch.Generator()
+    with torch.inference_mode():
+        short, padded = (generator.code(batch((6, 6), frames), noise.manual_seed(1)) for frames in (6, 9))
+        torch.testing.assert_close(padded.latent, short.latent)
+        torch.testing.assert_close(padded.modulated, short.modulated)
+        one = generator.code(batch((3, 3)), noise.manual_seed(1))
+    assert (one.latent.shape, one.modulated.shape) == ((2, 8), (2, 16))
+    noise.manual_seed(1)
+    word = batch((3, 3))
+    with torch.inference_mode():
+        state = generator.initial_state(word.condition).sample(noise)
+        attributes = generator.attributes(torch.cat([word.condition.tags, word.condition.styles], dim=1))
+        torch.rand(2, 1, generator=noise)
+        poses, _ = generator._whole_words(word)
+        first = generator.words.encode(poses)[:, 0]
+        step, posterior = generator.cell(first, attributes, state, torch.zeros(2, 1, dtype=torch.bool), noise)
+    torch.testing.assert_close(one.latent, step.latent)
+    torch.testing.assert_close(one.modulated, step.word)
+    assert not torch.equal(step.latent, posterior.mean)

@@ -2,17 +2,21 @@ from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.image import imread
 from omegaconf import OmegaConf
 
 from motiongen.evaluation.stored import StoredResult
 from motiongen.evaluation.table import FURTHER, HEADINGS
+from motiongen.studies.latents import code_rows
 from motiongen.studies.naming import StudyError
-from motiongen.studies.plots import draw_rows
+from motiongen.studies.plots import draw_rows, lay_side_by_side
 from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
 from motiongen.studies.results import StudyResults
+from motiongen.studies.statistics import over_trainings
 from motiongen.studies.table import study_table
 
 FIDS = {"full": (0.5, 0.6), "without_part": (2.0, 2.2), "ours_alone": (0.52, 0.61)}
@@ -30,6 +34,7 @@ def result(fid: float) -> StoredResult:
     systems = {"generated": {"metrics": {**metrics, "fid": {"mean": fid}}}, "real": {"metrics": metrics}}
     evaluation = {
         "systems": systems,
+        "protocol": {"seeds": 2},
         "count": 50,
         "seeds": [0, 1],
         "data_fingerprint": "d" * 64,
@@ -87,3 +92,29 @@ def test_the_page_holds_its_picture_and_runs_nothing(tmp_path: Path) -> None:
 def test_a_metric_that_does_not_exist_is_named() -> None:
     with pytest.raises(StudyError, match="no metric 'fidd'; did you mean 'fid'"):
         study_table(RESULTS, OmegaConf.merge(SETTINGS, {"metrics": ["fidd"]}), "")
+
+
+def test_codes_get_a_table_and_their_pictures_side_by_side(tmp_path: Path) -> None:
+    def training(before: float) -> StoredResult:
+        return replace(
+            result(1.0), latents={"tag_from_latent": before, "tag_from_modulated": 0.9, "tag_by_commonest": 0.1}
+        )
+
+    rows = {"with_codes": (training(0.2), training(0.3)), "without": (result(1.0),)}
+    codes = code_rows(StudyResults("parts", "id", rows, ()))
+    half = over_trainings([0.2, 0.3])
+    assert codes == [
+        {
+            "row": "with codes",
+            "before": f"0.250 [{half.low:.3f}, {half.high:.3f}]",
+            "after": "0.900 [0.900, 0.900]",
+            "commonest": "0.100 [0.100, 0.100]",
+        }
+    ]
+    assert "| with codes | 0.250 [" in as_markdown(TABLE, codes)
+    draw_rows(tmp_path / "one.png", TABLE)
+    content = (tmp_path / "one.png").read_bytes()
+    lay_side_by_side(tmp_path / "all.png", {"first": content, "second_row": content})
+    height, width, _ = imread(tmp_path / "all.png").shape
+    assert height > width / 2
+    assert "<td>with codes</td>" in as_html(TABLE, [tmp_path / "all.png"], codes)

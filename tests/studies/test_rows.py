@@ -83,7 +83,7 @@ def test_another_configuration_runs_anew_and_nothing_is_lost(task: Task) -> None
 
 def test_other_code_runs_anew_unless_any_code_will_do(task: Task, monkeypatch: pytest.MonkeyPatch) -> None:
     run(task)
-    monkeypatch.setattr("motiongen.studies.identity.code_digest", lambda: "other")
+    monkeypatch.setattr("motiongen.studies.identity.code_digest", lambda further: "other")
     run(task, "reuse=any_code")
     assert len(task.resumed) == 1
     run(task)

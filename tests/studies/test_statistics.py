@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from motiongen.studies.statistics import best_and_ties, over_trainings, rank_agreement
+from motiongen.studies.statistics import best_and_ties, direction_of, over_trainings, rank_agreement
 
 
 def test_the_interval_is_students() -> None:
@@ -61,3 +61,18 @@ def test_taus_interval_is_as_wide_as_the_trainings_make_it() -> None:
     assert unsure.low < 1.0
     assert math.isnan(rank_agreement({"a": [1.0], "b": [2.0]}, published).low)
     assert math.isnan(rank_agreement({"a": [1.0]}, published).value)
+
+
+def test_rows_that_score_the_same_have_no_order() -> None:
+    alike = rank_agreement({"a": [1.0, 1.0], "b": [1.0, 1.0]}, {"a": 1.0, "b": 2.0})
+    assert math.isnan(alike.value)
+    assert math.isnan(alike.low)
+
+
+def test_long_motions_metrics_have_the_direction_of_their_figure() -> None:
+    assert [direction_of(f"overall_{figure}") for figure in ("accuracy", "fid", "pose_gap")] == [
+        "higher",
+        "lower",
+        "real",
+    ]
+    assert direction_of("sufficient_motion_qr") == "higher"

@@ -70,6 +70,19 @@ def test_a_study_that_was_killed_goes_on_and_becomes_a_table(tmp_path: Path, mon
     assert {run.info.status for run in runs} == {"FINISHED"}
     assert "report.md" in {file.path for file in client.list_artifacts(parent.info.run_id)}
 
+    # Long motion of the trainings, as a study of its own.
+    judging = ["-m", "+ablation/long_motion_next_tag=glob(*)", *STUDY[2:], "sequences.count=2", "sequences.actions=3"]
+    judged = motiongen(tmp_path, *judging, "sequences.confidence=0")
+    assert judged.returncode == 0, judged.stderr
+    assert "2 rows and seeds done" in judged.stdout
+    report = motiongen(tmp_path, "task=report", "study=long_motion_next_tag", "scale=smoke")
+    assert report.returncode == 0, report.stderr
+    assert "accuracy, sufficient, paper" in report.stdout
+    assert "2 sequences of 3 actions, overall and sufficient" in report.stdout
+    places = folder.parents[1] / "long_motion_next_tag" / "builtin-smoke" / "report_places"
+    assert places.with_suffix(".png").stat().st_size > 10_000
+    assert len(places.with_suffix(".csv").read_text().splitlines()) > 3 * 4
+
 
 def test_a_row_that_fails_stops_no_other_and_ends_with_an_error(tmp_path: Path) -> None:
     line = ["-m", "+ablation/actor_variable_length=variable,fixed", "seed=0", "tracker=none", *SMALL]

@@ -26,7 +26,8 @@ class MotionData:
     """A data set, split and windowed, as batches.
 
     Training draws `draws` new windows of at most `max_frames` from every training clip in every epoch, each as long as
-    the clip allows or, with `random_length`, of any length from `min_frames` on. The share `beginnings` of the windows
+    the clip allows or, with `random_length`, of any length from `min_frames` on; with `train_frames`, of at most that
+    many frames, so that a training on short windows can be judged on those of another. The share `beginnings` of them
     starts where its clip does, as an action that is asked for does: drawn at random, beginnings of long clips are rare.
     Test clips are cut into consecutive windows once. Windows and batches follow from the seed and the epoch,
     the split and the hidden labels from `split_seed` alone, so that trainings with several seeds compare.
@@ -43,7 +44,7 @@ class MotionData:
     Damaged parts of the source are left out, unless they are more than the share `max_rejected`.
 
     Raises:
-        InputError: `max_frames` below `min_frames`.
+        InputError: `max_frames` below `min_frames`, or `train_frames` not between the two.
         DataError: the source is missing or damaged, or has no tag that can be on both sides of the split.
     """
 
@@ -63,6 +64,7 @@ class MotionData:
         min_clips: PositiveInt = 5,
         draws: PositiveInt = 1,
         random_length: bool = False,
+        train_frames: PositiveInt | None = None,
         beginnings: Share = 0.0,
         transitions: Share = 0.0,
         hidden_labels: Share = 0.0,
@@ -70,6 +72,8 @@ class MotionData:
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
+        if train_frames is not None and not min_frames <= train_frames <= max_frames:
+            raise InputError(f"data.train_frames ({train_frames}) is not within data.min_frames and data.max_frames")
         self.name = source.name
         self.store = ClipStore.open(source, Path(cache), max_rejected)
         self.split = split(
@@ -88,6 +92,7 @@ class MotionData:
         self._batch_size = batch_size
         self._max_frames = max_frames
         self._min_frames = min_frames
+        self._train_frames = train_frames or max_frames
         self._draws = draws
         self._shortest = min_frames if random_length else None
         self._beginnings = beginnings
@@ -130,7 +135,7 @@ class MotionData:
         windows = [
             random_window(
                 clip,
-                self._max_frames,
+                self._train_frames,
                 np.random.default_rng((self._seed, epoch, index)),
                 self._shortest,
                 self._beginnings,
@@ -155,6 +160,17 @@ class MotionData:
         groups = [self.store.sequences[clip.sequence].group for clip in items.clips]
         numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
         return torch.tensor([numbers[groups[index]] for index in _shortest_first(items)])
+
+    def test_windows(self, frames: int, batch_size: int) -> DataLoader[Item]:
+        """Motions of exactly `frames`, each from where one of the `test_items` begins, if its clip lasts so long."""
+        windows = [
+            clip.window(part.start, part.start + frames)
+            for clip in self.split.test
+            for part in clip.windows(self._max_frames, self._min_frames)
+            if part.start + frames <= clip.stop
+        ]
+        items = MotionDataset(self.store, self.tags, windows)
+        return _in_order(items, range(len(items)), batch_size)
 
     def outside(self, source: Source, cache: Path, batch_size: int) -> list[MotionBatch]:
         """Motions of another source, cut into windows as test clips are, in batches with this data's tags.

@@ -14,6 +14,7 @@ from motiongen.contracts import Condition, MotionBatch
 from motiongen.evaluation.archive import Archive
 from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.leaks import LeakError, refuse_leaks
+from motiongen.evaluation.lengths import Length, with_lengths
 from motiongen.evaluation.protocol import Protocol
 from motiongen.evaluation.results import REAL, Evaluation
 from motiongen.evaluation.scoring import Scoring
@@ -55,7 +56,8 @@ def evaluate(
 
     Every system generates every test clip once a seed. A system's FID is against the real test clips; the real clips'
     own FID is against as many training clips, drawn anew for every seed. All other metrics of the real clips are the
-    same functions on the real motion. Seeds that lie in the archive are not generated again.
+    same functions on the real motion. Seeds that lie in the archive are not generated again. Where the protocol names
+    lengths, the test clips' conditions are answered at each of them, too, with the same noise.
 
     Recorded motions are measured as they are. Where a figure compares a motion with the test clip that it was made for,
     they have none, and no difference from other systems.
@@ -83,28 +85,37 @@ def evaluate(
     if absent := [tag for tag, count in zip(data.tags, tested.tolist(), strict=True) if not count]:
         raise ValueError(f"data {data.name}: no test clip shows {', '.join(absent)}; its figures would mean nothing")
     judges = [Judge.of(one.recognizer.eval(), data, batches, protocol.frozen_speed) for one in recognizers]
+    lengths = [Length.of(frames, batches, data, protocol.batch_size) for frames in protocol.lengths]
     with Progress() as progress:
         task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds)
         runs: list[dict[str, list[Judgement]]] = [{name: [] for name in systems} for _ in judges]
+        at_lengths: list[dict[str, list[list[Judgement]]]] = [{} for _ in judges]
         for name, system in systems.items():
             if isinstance(system, Recorded):
                 for judge, own in zip(judges, runs, strict=True):
                     own[name] = [_recorded(judge, system, device)] * protocol.seeds
                 progress.advance(task, protocol.seeds)
                 continue
+            for at_length in at_lengths:
+                at_length[name] = [[] for _ in lengths]
             keys = [_key(system, data, recognizer, protocol) for recognizer in recognizers]
             for seed in protocol.generation_seeds:
                 try:
                     found = _judged(system, seed, batches, judges, keys, archive)
+                    for own, judgement in zip(runs, found, strict=True):
+                        own[name].append(judgement)
+                    for number, length in enumerate(lengths):
+                        named = [(*key, length.frames) if key else None for key in keys]
+                        found = _judged(system, seed, length.conditions, judges, named, archive)
+                        for at_length, judgement in zip(at_lengths, found, strict=True):
+                            at_length[name][number].append(judgement)
                 except ValueError as error:
                     raise ValueError(f"system {name}, seed {seed}: {error}") from error
-                for own, judgement in zip(runs, found, strict=True):
-                    own[name].append(judgement)
                 progress.advance(task)
     paired = {name for name, system in systems.items() if isinstance(system, System)}
     return tuple(
-        _evaluation(judge, recognizer, own, paired, batches, data, protocol)
-        for judge, recognizer, own in zip(judges, recognizers, runs, strict=True)
+        with_lengths(_evaluation(judge, recognizer, own, paired, batches, data, protocol), judge, lengths, at_length)
+        for judge, recognizer, own, at_length in zip(judges, recognizers, runs, at_lengths, strict=True)
     )
 
 
@@ -126,22 +137,26 @@ def _key(system: System, data: MotionData, recognizer: TrainedRecognizer, protoc
 def _judged(
     system: System,
     seed: int,
-    batches: Sequence[MotionBatch],
+    asked: Sequence[MotionBatch | Condition],
     judges: Sequence[Judge],
     keys: Sequence[tuple[Any, ...] | None],
     archive: Archive | None,
 ) -> list[Judgement]:
-    """One seed's motions of all test clips before every judge; from the archive where they lie there for all judges."""
+    """One seed's motions of all test clips before every judge; from the archive where they lie there for all judges.
+
+    They are measured against those of the batches, or by themselves where only conditions are given.
+    """
     kept = [archive.load((*key, seed)) if archive and key else None for key in keys]
     known = [judgement for judgement in kept if judgement is not None]
     if len(known) == len(judges):
         return known
     parts: list[list[Judgement]] = [[] for _ in judges]
-    for index, batch in enumerate(batches):
+    for index, one in enumerate(asked):
+        condition = one.condition if isinstance(one, MotionBatch) else one
         # Neither batches nor seeds may share their noise: every pair of the two has a number of its own.
-        motion = system.generate(batch.condition, seed * len(batches) + index)
+        motion = system.generate(condition, seed * len(asked) + index)
         for judge, own in zip(judges, parts, strict=True):
-            own.append(judge(motion, batch))
+            own.append(judge(motion, one) if isinstance(one, MotionBatch) else judge.alone(motion, one))
     found = [Judgement.concatenate(own) for own in parts]
     for key, judgement in zip(keys, found, strict=True):
         if archive and key:
@@ -151,9 +166,8 @@ def _judged(
 
 def _recorded(judge: Judge, system: Recorded, device: torch.device) -> Judgement:
     batches = [batch.to(device) for batch in system.batches]
-    judged = Judgement.concatenate(judge(batch.motion, batch) for batch in batches)
-    unknown = torch.full_like(judged.trajectory_error, torch.nan)
-    return replace(judged, trajectory_error=unknown, joint_position_error=unknown)
+    judged = Judgement.concatenate(judge.alone(batch.motion, batch.condition) for batch in batches)
+    return replace(judged, trajectory_error=torch.full_like(judged.trajectory_error, torch.nan))
 
 
 def _evaluation(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Self
 
 import torch
 from torch import Tensor
 
-from motiongen.contracts import MotionBatch
+from motiongen.contracts import Condition, MotionBatch
 from motiongen.evaluation.metrics.motion import (
     foot_skating,
     frozen_share,
@@ -42,7 +42,7 @@ class Judgement:
     trajectory_error: Tensor
     """(N,) metres; NaN where no trajectory was specified."""
     joint_position_error: Tensor
-    """(N,) centimetres"""
+    """(N,) centimetres; NaN where no real motion answers the same condition."""
     joint_speed: Tensor
     """(N,) metres per second; NaN for clips of one frame."""
     frozen_share: Tensor
@@ -129,3 +129,8 @@ class Judge:
             jerk_area=jerk_area(joints, mask, self.usual_jerk),
         )
         return Judgement(**{field.name: getattr(judged, field.name).double().cpu() for field in fields(judged)})
+
+    def alone(self, motion: Tensor, condition: Condition) -> Judgement:
+        """As a call, of motions (B, T, 135) that no real motion is the counterpart of."""
+        judged = self(motion, MotionBatch(motion.new_zeros(*condition.mask.shape, motion.shape[-1]), condition))
+        return replace(judged, joint_position_error=torch.full_like(judged.joint_position_error, torch.nan))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 from motiongen.options import NonNegativeFloat, PositiveInt, Share
 
@@ -33,6 +35,14 @@ class Protocol:
     """Resampled sets of takes, for intervals over test clips."""
     jackknife_groups: PositiveInt = 20
     """Groups of takes that are left out in turn, for the FID's interval over test clips."""
+
+    lengths: Sequence[PositiveInt] = ()
+    """Frames that systems are asked for besides, with accuracy and FID at each; none by default."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values. Where no lengths are asked for, nothing of them: the other figures do not depend on them."""
+        plain = asdict(self) | {"lengths": list(self.lengths)}
+        return plain if self.lengths else {name: value for name, value in plain.items() if name != "lengths"}
 
     @property
     def generation_seeds(self) -> range:

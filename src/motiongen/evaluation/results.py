@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from motiongen.evaluation.uncertainty import Interval
 
 if TYPE_CHECKING:
+    from motiongen.evaluation.lengths import LengthResult
     from motiongen.evaluation.protocol import Protocol
 
 REAL = "real"
@@ -67,6 +68,8 @@ class SystemResult:
     """Metric to its interval over test clips, of means over seeds; for the metrics that have one."""
     differences: dict[str, Interval]
     """Metric to its paired difference from the first system, this one minus that one, with its interval over clips."""
+    lengths: tuple[LengthResult, ...] = ()
+    """What it scored at the protocol's lengths, in their order."""
 
     def estimate(self, metric: str) -> Estimate:
         """Mean and 95% interval over seeds."""
@@ -123,6 +126,15 @@ class Evaluation:
                 flat[f"{name}/{metric}_interval"] = estimate.interval
         return {name: value for name, value in flat.items() if math.isfinite(value)}
 
+    def length_scalars(self) -> dict[int, dict[str, float]]:
+        """Frames to flat names to means, "generated/accuracy_at_length": a tracker draws them over the frames."""
+        flat: dict[int, dict[str, float]] = {frames: {} for frames in self.protocol.lengths}
+        for name, system in self.systems.items():
+            for length in system.lengths:
+                means = {metric: Estimate.of(own).mean for metric, own in length.values.items()}
+                flat[length.frames] |= {f"{name}/{metric}_at_length": mean for metric, mean in means.items()}
+        return flat
+
     def to_json(self) -> dict[str, Any]:
         """Everything as plain values for summary.json; what could not be measured is None."""
         systems = {
@@ -137,10 +149,11 @@ class Evaluation:
                 "over_clips": {metric: asdict(interval) for metric, interval in system.clips.items()},
                 "differences": {metric: asdict(interval) for metric, interval in system.differences.items()},
             }
+            | ({"lengths": [length.to_json() for length in system.lengths]} if system.lengths else {})
             for name, system in self.systems.items()
         }
         summary = {
-            "protocol": asdict(self.protocol),
+            "protocol": self.protocol.to_json(),
             "seeds": list(self.protocol.generation_seeds),
             "count": self.count,
             "real_fid_count": self.real_fid_count,

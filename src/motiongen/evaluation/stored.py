@@ -26,6 +26,8 @@ class StoredResult:
     name: str
     evaluation: Mapping[str, Any]
     """As `Evaluation.to_json` gave it"""
+    latents: Mapping[str, float] | None = None
+    """As `LatentSpace.figures` gave it; None for generators without codes"""
 
     def differences(self, other: StoredResult) -> list[str]:
         """Why the two do not compare: `protocol.seeds: 5 and 20`; nothing where they do."""
@@ -44,20 +46,36 @@ def read_result(folder: Path) -> StoredResult:
     """
     path = folder / SUMMARY_FILE
     try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-        result = StoredResult(str(summary["name"]), summary["evaluation"])
+        summary = read_summary(folder)
+        result = StoredResult(str(summary["name"]), summary["evaluation"], summary.get("latents"))
         for field in DECIDES:
             result.evaluation[field]
         for system in result.evaluation["systems"].values():
             for metric in HEADINGS:
                 system["metrics"][metric]["mean"]
-    except FileNotFoundError as error:
-        raise InputError(f"results: {path}: no such file; has the run finished?") from error
     except KeyError as error:
         raise InputError(f"results: {path}: field {error} is missing; the run measured nothing, or long ago") from error
-    except (OSError, ValueError, TypeError, AttributeError) as error:
+    except (TypeError, AttributeError) as error:
         raise InputError(f"results: {path}: not a summary of a run: {error}") from error
     return result
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """What the run in this folder found.
+
+    Raises:
+        InputError: there is nothing, or it is damaged.
+    """
+    path = folder / SUMMARY_FILE
+    try:
+        summary = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise InputError(f"results: {path}: no such file; has the run finished?") from error
+    except (OSError, ValueError) as error:
+        raise InputError(f"results: {path}: not a summary of a run: {error}") from error
+    if not isinstance(summary, dict):
+        raise InputError(f"results: {path}: not a summary of a run: {type(summary).__name__}")
+    return summary
 
 
 def alike(results: Iterable[StoredResult]) -> list[list[StoredResult]]:

@@ -103,6 +103,25 @@ def _interval_table(columns: dict[str, dict[str, Interval]]) -> list[dict[str, s
     return rows
 
 
+def length_rows(evaluation: Evaluation) -> list[dict[str, str]]:
+    """One row a length that systems were asked for, accuracy and FID of each; the real clips come first."""
+    rows = []
+    for number, frames in enumerate(evaluation.protocol.lengths):
+        row = {"frames": str(frames)}
+        for name, system in evaluation.systems.items():
+            if not system.lengths:
+                continue
+            length = system.lengths[number]
+            for metric in ("accuracy",) if name == REAL else ("accuracy", "fid"):
+                heading, decimals = HEADINGS[metric]
+                values = length.values.get(metric)
+                row[f"{heading} of {name}"] = estimate_text(Estimate.of(values), decimals) if values else "-"
+            if name == REAL:
+                row |= {"FID to": "this length" if length.same_length else "all test clips", "N": str(length.count)}
+        rows.append(row)
+    return rows
+
+
 def reaction_rows(evaluation: Evaluation) -> list[dict[str, str]]:
     """One row a metric, one column a system; an arrow where the value differs from the first system's by over a tenth.
 
@@ -175,6 +194,8 @@ def report(evaluation: Evaluation) -> str:
         f"95% intervals over test clips ({evaluation.takes} takes, drawn anew; for the FID left out in turn):",
         markdown(interval_rows(evaluation)),
     ]
+    if evaluation.protocol.lengths:
+        parts += ["Asked for other lengths:", markdown(length_rows(evaluation))]
     if differences:
         parts += [f"Paired differences from {first}, with their 95% intervals over test clips:", markdown(differences)]
     return "\n\n".join(parts)

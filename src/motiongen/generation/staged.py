@@ -22,6 +22,7 @@ from motiongen.contracts import (
     GeneratorModule,
     MotionBatch,
     PoseForm,
+    Posterior,
     Prediction,
     StartsFromPose,
     TrainingScheme,
@@ -78,11 +79,18 @@ class StagedGenerator(GeneratorModule):
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
         batch = encoded(batch, self.pose)
         posterior = self.encoder.posterior(batch)
-        latent = posterior.sample(generator)
-        code = Code(latent, self.conditioning.reconstruct(latent, batch, generator))
+        code = self._drawn(posterior, batch, generator)
         controls = self.unroller(code, batch.condition)
         prediction = self.scheme(self.decoder, controls, batch, progress, generator)
         return replace(decoded(prediction, self.pose), posterior=posterior)
+
+    def code(self, batch: MotionBatch, generator: torch.Generator) -> Code:
+        batch = encoded(batch, self.pose)
+        return self._drawn(self.encoder.posterior(batch), batch, generator)
+
+    def _drawn(self, posterior: Posterior, batch: MotionBatch, generator: torch.Generator) -> Code:
+        latent = posterior.sample(generator)
+        return Code(latent, self.conditioning.reconstruct(latent, batch, generator))
 
     @property
     def reads(self) -> frozenset[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -14,6 +14,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from motiongen.discovery import module_path
+from motiongen.runs import GENERATOR_FILE, require_generator, run_folder_of
 
 CHANGES_NOTHING = {
     *("hydra", "cache", "tracker", "study", "reuse", "retry_failed", "search"),
@@ -27,6 +28,8 @@ DECIDING_CODE = (
     *("motiongen.objectives", "motiongen.recognition", "motiongen_plugins"),
 )
 """Packages and modules whose change can change a result; viewers, exporters and trackers cannot."""
+LONG_MOTION_CODE = ("motiongen.synthesis", "motiongen.tasks.long_motion")
+"""What decides, besides, about results of long motion."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,23 @@ class Identity:
 
 
 def identity_of(config: DictConfig) -> Identity:
-    """The identity of the run of a configuration. Reads the data's files."""
-    return Identity(configuration_digest(config), instantiate(config.data.source).fingerprint(), code_digest())
+    """The identity of the run of a configuration. Reads the data's files and those of the generators that it judges.
+
+    Raises:
+        RunError: there is no such generator.
+    """
+    configuration = configuration_digest(config)
+    if config.runs:
+        judged = [_generator_digest(named) for named in config.runs]
+        configuration = hashlib.sha256("".join([configuration, *judged]).encode()).hexdigest()
+    code = code_digest(LONG_MOTION_CODE if config.task.name == "long_motion" else ())
+    return Identity(configuration, instantiate(config.data.source).fingerprint(), code)
+
+
+def _generator_digest(named: str) -> str:
+    folder = run_folder_of(named)
+    require_generator(folder, "runs")
+    return hashlib.sha256((folder / GENERATOR_FILE).read_bytes()).hexdigest()
 
 
 def configuration_digest(config: Any) -> str:
@@ -66,10 +84,10 @@ def _without_places(node: Any) -> Any:
     return [_without_places(value) for value in node] if isinstance(node, list) else node
 
 
-def code_digest() -> str:
-    """Of the source files in DECIDING_CODE and of torch's version."""
+def code_digest(further: Sequence[str] = ()) -> str:
+    """Of the source files in DECIDING_CODE and in further packages and modules, and of torch's version."""
     digest = hashlib.sha256(version("torch").encode())
-    for name in DECIDING_CODE:
+    for name in (*DECIDING_CODE, *further):
         place = module_path(name)
         if place is None:
             raise ModuleNotFoundError(name)

@@ -6,7 +6,7 @@ import base64
 import csv
 import html
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motiongen.evaluation.table import markdown
@@ -14,17 +14,26 @@ from motiongen.studies.table import Cell, StudyTable, columns_published, interva
 
 LEGEND = (
     "Means over trainings [95% interval by Student's t]. Bold: the best mean; =: not told from it by Welch's t-test at "
-    "5%. Diversity, multimodality and speed are best where they are nearest to the real clips'."
+    "5%. Diversity, multimodality, speed and gaps at seams are best where they are nearest to the real clips'."
 )
+CODES_LEGEND = (
+    "Codes of the test clips: the share whose action is that of the nearest centroid of training clips' codes, before "
+    "and after conditioning, and the share of the commonest action."
+)
+Rows = Sequence[Mapping[str, str]]
+"""Lines of a further table, all with the same columns"""
 Style = Callable[[str, Cell], str]
 """How a figure is marked as the best or as a tie."""
 
 
-def as_markdown(table: StudyTable) -> str:
-    """The table with all that has to be known to read it."""
+def as_markdown(table: StudyTable, codes: Rows = ()) -> str:
+    """The table with all that has to be known to read it; `codes`: what the codes tell of the action."""
     columns, *lines = _grid(table, lambda text, cell: {"best": f"**{text}**", "tie": f"{text} ="}.get(cell.mark, text))
     rows = [dict(zip(columns, line, strict=True)) for line in lines]
-    return "\n\n".join([f"# {table.study}: {table.title}", markdown(rows), *_remarks(table)]) + "\n"
+    parts = [f"# {table.study}: {table.title}", markdown(rows), *_remarks(table)]
+    if codes:
+        parts += [CODES_LEGEND, markdown([dict(row) for row in codes])]
+    return "\n\n".join(parts) + "\n"
 
 
 def as_csv(table: StudyTable) -> str:
@@ -52,8 +61,8 @@ def as_latex(table: StudyTable) -> str:
     return "\n".join([*parts, r"\bottomrule", r"\end{tabular}", f"% {LEGEND}", f"% {table.protocol}"]) + "\n"
 
 
-def as_html(table: StudyTable, pictures: Sequence[Path]) -> str:
-    """One page with the table and the pictures in it."""
+def as_html(table: StudyTable, pictures: Sequence[Path], codes: Rows = ()) -> str:
+    """One page with the tables and the pictures in it."""
 
     def style(text: str, cell: Cell) -> str:
         return {"best": f"<b>{text}</b>", "tie": f"{text} ="}.get(cell.mark, text)
@@ -62,10 +71,18 @@ def as_html(table: StudyTable, pictures: Sequence[Path]) -> str:
     head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
     body = "\n".join(f"<tr>{''.join(f'<td>{text}</td>' for text in line)}</tr>" for line in lines)
     remarks = "\n".join(f"<p>{html.escape(text)}</p>" for text in _remarks(table))
+    if codes:
+        remarks += f"\n<p>{html.escape(CODES_LEGEND)}</p>\n{_plain_table(codes)}"
     images = "\n".join(f'<img src="data:image/png;base64,{_base64(path)}" alt="{path.stem}">' for path in pictures)
     return PAGE.format(
         title=html.escape(f"{table.study}: {table.title}"), head=head, body=body, remarks=remarks, images=images
     )
+
+
+def _plain_table(rows: Rows) -> str:
+    lines = [[*rows[0]], *([*row.values()] for row in rows)]
+    body = "\n".join(f"<tr>{''.join(f'<td>{html.escape(text)}</td>' for text in line)}</tr>" for line in lines)
+    return f"<table>\n{body}\n</table>"
 
 
 def _grid(table: StudyTable, style: Style) -> list[list[str]]:
@@ -83,7 +100,7 @@ def _grid(table: StudyTable, style: Style) -> list[list[str]]:
     for row, cells in table.rows.items():
         line = [row.replace("_", " "), str(table.trainings[row])]
         for metric, cell in cells.items():
-            line.append(style(interval_text(table, metric, cell.ours), cell))
+            line.append(style(interval_text(metric, cell.ours), cell))
             if metric in published:
                 line.append("" if cell.published is None else f"{cell.published:g}")
         lines.append(line)

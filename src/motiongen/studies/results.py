@@ -5,14 +5,15 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omegaconf import DictConfig
 
 from motiongen.evaluation.results import REAL
-from motiongen.evaluation.stored import StoredResult, alike, read_result
+from motiongen.evaluation.stored import StoredResult, alike, read_result, read_summary
+from motiongen.evaluation.stored_long import long_result
 from motiongen.runs import SUMMARY_FILE
 from motiongen.studies.naming import StudyError
 from motiongen.tracking.mlflow import PARENT, run_id_in
@@ -35,6 +36,8 @@ class StudyResults:
     """Row to the results of its trainings, in the order of their seeds"""
     unfinished: tuple[str, ...]
     """Names of rows and seeds that have no result, with what became of them"""
+    runs: Mapping[str, str] = field(default_factory=dict)
+    """Row to the id of its first training's run in MLflow"""
 
     def values(self, row: str, metric: str, system: str = GENERATED) -> tuple[float, ...]:
         """A metric of every training of a row that measured it: the mean over its generation seeds."""
@@ -68,13 +71,15 @@ def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults
         raise StudyError(f"report: {folder.absolute()} has no study; run it first: -m '+ablation/{study}=glob(*)'")
     client = MlflowClient(tracker.uri)
     finished: dict[str, dict[int, StoredResult]] = {}
+    ids: dict[str, dict[int, str]] = {}
     unfinished: dict[str, str] = {}
     for run in _children(client, tracker.experiment, parent):
         name = str(run.info.run_name)
         unfinished.pop(name, None)
         if run.info.status == "FINISHED":
-            result = _result(client, run)
-            finished.setdefault(run.data.tags["row"], {})[int(run.data.tags["seed"])] = result
+            row, seed = run.data.tags["row"], int(run.data.tags["seed"])
+            finished.setdefault(row, {})[seed] = _result(client, run)
+            ids.setdefault(row, {})[seed] = str(run.info.run_id)
         else:
             unfinished[name] = str(run.info.status).lower()
     if not finished:
@@ -82,7 +87,8 @@ def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults
     rows = {row: tuple(results[seed] for seed in sorted(results)) for row, results in sorted(finished.items())}
     _require_alike(rows)
     told = tuple(f"{name}: {status}" for name, status in unfinished.items())
-    return StudyResults(study, parent, rows, told)
+    firsts = {row: ids[row][min(ids[row])] for row in rows}
+    return StudyResults(study, parent, rows, told, firsts)
 
 
 def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Run]:
@@ -102,7 +108,8 @@ def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Ru
 def _result(client: MlflowClient, run: Run) -> StoredResult:
     with tempfile.TemporaryDirectory() as folder:
         client.download_artifacts(run.info.run_id, SUMMARY_FILE, folder)
-        return read_result(Path(folder))
+        summary = read_summary(Path(folder))
+        return long_result(summary) if "sequences" in summary else read_result(Path(folder))
 
 
 def _require_alike(rows: Mapping[str, tuple[StoredResult, ...]]) -> None:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from scipy import stats
 
+from motiongen.evaluation.sequences import KINDS
 from motiongen.evaluation.uncertainty import Interval
 
 Direction = Literal["higher", "lower", "real"]
@@ -16,16 +17,20 @@ LEVEL = 0.05
 DRAWS = 2000
 HIGHER = frozenset(
     {"accuracy", "top5_accuracy", "balanced_accuracy", "inception_score", "precision", "recall", "density", "coverage"}
+    | {"motion_qr"}
 )
 LIKE_REAL = frozenset(
     {"diversity", "multimodality", "expected_diversity", "expected_multimodality", "joint_speed"}
     | {"nearest_training_distance", "frozen_share", "peak_jerk", "mean_jerk", "jerk_area"}
+    | {"pose_gap", "velocity_gap", "seam_jerk"}
 )
 """Metrics that have no better end: what is nearest to the real clips' is best."""
 
 
 def direction_of(metric: str) -> Direction:
-    """Which values of a metric are better."""
+    """Which values of a metric are better; for long motion's, whatever the kind of sequences."""
+    for kind in KINDS:
+        metric = metric.removeprefix(f"{kind}_")
     return "higher" if metric in HIGHER else "real" if metric in LIKE_REAL else "lower"
 
 
@@ -98,6 +103,8 @@ def rank_agreement(values: Mapping[str, Sequence[float]], published: Mapping[str
         _tau([float(np.mean(draws.choice(values[row], len(values[row])))) for row in rows], theirs)
         for _ in range(DRAWS)
     ]
+    if np.isnan(taus).all():  # every row scored the same
+        return Interval(value, math.nan, math.nan)
     low, high = np.nanquantile(taus, [LEVEL / 2, 1 - LEVEL / 2])
     return Interval(value, float(low), float(high))
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from omegaconf import DictConfig
 
+from motiongen.evaluation.stored_long import LONG_HEADINGS
 from motiongen.evaluation.table import FURTHER, HEADINGS
 from motiongen.evaluation.uncertainty import Interval
 from motiongen.studies.naming import StudyError
@@ -16,7 +17,7 @@ from motiongen.studies.results import StudyResults
 from motiongen.studies.statistics import best_and_ties, over_trainings, rank_agreement
 from motiongen.suggestions import did_you_mean
 
-KNOWN = HEADINGS | FURTHER
+KNOWN = HEADINGS | FURTHER | LONG_HEADINGS
 Mark = Literal["best", "tie", ""]
 
 
@@ -111,10 +112,14 @@ def _protocol(results: StudyResults) -> str:
     """How all of it was measured."""
     evaluation = next(iter(results.rows.values()))[0].evaluation
     recognizer = evaluation["recognizer"]
+    protocol = evaluation["protocol"]
+    if "actions" in protocol:
+        judged = f"{protocol['count']} sequences of {protocol['actions']} actions, {' and '.join(protocol['kinds'])}"
+    else:
+        judged = f"{evaluation['count']} test clips, {len(evaluation['seeds'])} generations of each"
     return (
-        f"{evaluation['count']} test clips, {len(evaluation['seeds'])} generations of each; data "
-        f"{str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} {str(recognizer['fingerprint'])[:12]} knows "
-        f"{recognizer['test_accuracy']:.3f} of the real test clips."
+        f"{judged}; data {str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} "
+        f"{str(recognizer['fingerprint'])[:12]} knows {recognizer['test_accuracy']:.3f} of the real test clips."
     )
 
 
@@ -122,14 +127,17 @@ def _known(interval: Interval) -> bool:
     return not math.isnan(interval.low)
 
 
-def interval_text(table: StudyTable, metric: str, interval: Interval) -> str:
+def interval_text(metric: str, interval: Interval) -> str:
     """`0.370 [0.301, 0.439]`, without the ends where there is one training, a dash where there is none."""
+    return decimals_text(interval, KNOWN[metric][1])
+
+
+def decimals_text(interval: Interval, decimals: int) -> str:
+    """The same with so many decimals."""
     if math.isnan(interval.value):
         return "-"
-    text = table.number(metric, interval.value)
-    if _known(interval):
-        text += f" [{table.number(metric, interval.low)}, {table.number(metric, interval.high)}]"
-    return text
+    text = f"{interval.value:.{decimals}f}"
+    return f"{text} [{interval.low:.{decimals}f}, {interval.high:.{decimals}f}]" if _known(interval) else text
 
 
 def columns_published(table: StudyTable) -> Sequence[str]:

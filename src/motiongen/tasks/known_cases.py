@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -9,6 +10,7 @@ from omegaconf import DictConfig
 
 from motiongen.evaluation.evaluator import evaluate, features_of
 from motiongen.evaluation.known_cases import known_cases, real_against_real
+from motiongen.evaluation.protocol import Protocol
 from motiongen.evaluation.table import footnote, markdown, reaction_rows
 from motiongen.recognition.cache import obtain_recognizer
 from motiongen.tasks.assembly import build_data
@@ -21,7 +23,8 @@ def run(config: DictConfig) -> None:
     """Print the two tables."""
     data = build_data(config)
     recognizer = obtain_recognizer(config.recognizer, data, Path(config.cache))
-    protocol = instantiate(config.evaluation)
+    # The cases are test clips, which have the length that they have.
+    protocol: Protocol = replace(instantiate(config.evaluation), lengths=())
     batches = list(data.test_batches(protocol.batch_size))
     (evaluation,) = evaluate(known_cases(batches), data, [recognizer], protocol)
     print(markdown(reaction_rows(evaluation)))

@@ -57,7 +57,7 @@ def run(config: DictConfig) -> None:
                 for composition, names in grouped(runs).items()
                 for correction in corrections
             }
-            record.long_motion(kind, stage.judged(kind, runs, corrections), groups, asdict(protocol))
+            record.long_motion(kind, stage.judged(kind, runs, corrections), groups, asdict(protocol), recognizers)
     record.print_outcome()
 
 

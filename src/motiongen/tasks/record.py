@@ -16,6 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.curves import draw_curves
+from motiongen.evaluation.latents import LATENTS_FILE, LatentSpace, draw_latents
 from motiongen.evaluation.long_results import (
     LongResult,
     curve_rows,
@@ -30,6 +31,7 @@ from motiongen.evaluation.table import (
     disagreements,
     further_rows,
     interval_rows,
+    length_rows,
     markdown,
     metric_rows,
     report,
@@ -123,6 +125,10 @@ class Record:
             self.tracker.log_table(f"{prefix}metrics", metric_rows(evaluation))
             self.tracker.log_table(f"{prefix}further_metrics", further_rows(evaluation))
             self.tracker.log_table(f"{prefix}intervals", interval_rows(evaluation))
+            for frames, values in evaluation.length_scalars().items():
+                self.tracker.log_metrics({f"{prefix}{name}": value for name, value in values.items()}, step=frames)
+            if evaluation.protocol.lengths:
+                self.tracker.log_table(f"{prefix}lengths", length_rows(evaluation))
             parts.append(report(evaluation))
             if groups:
                 rows = training_rows(evaluation, groups)
@@ -147,6 +153,7 @@ class Record:
         results: Sequence[Mapping[str, LongResult]],
         groups: Mapping[str, Sequence[str]],
         protocol: Mapping[str, Any],
+        recognizers: Sequence[TrainedRecognizer],
     ) -> None:
         """Figures of long motions on one kind of sequences: under the first recognizer, and under a second one.
 
@@ -155,8 +162,17 @@ class Record:
             results: one a recognizer: system to its figures.
             groups: systems that are trainings of one composition, by its name.
             protocol: of the sequences.
+            recognizers: that judged, in the order of the results.
         """
         parts = []
+        self._summary["recognizers"] = [
+            {
+                "name": type(one.recognizer).__name__,
+                "fingerprint": one.fingerprint,
+                "test_accuracy": one.test_accuracy,
+            }
+            for one in recognizers
+        ]
         self._summary["sequences"] = dict(protocol)
         for own, prefix in zip(results, ("", "second_"), strict=False):
             name = f"{prefix}{kind}"
@@ -176,6 +192,19 @@ class Record:
         path.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
         self.tracker.log_artifact(path)
         self._closing += parts
+
+    def latents(self, space: LatentSpace) -> None:
+        """The codes of the test clips, as a picture, and how much of the action can be read from them."""
+        figures = space.figures()
+        self._summary["latents"] = figures
+        self.tracker.log_metrics({f"generated/{name}": value for name, value in figures.items()})
+        path = self._folder / LATENTS_FILE
+        draw_latents(path, space)
+        self.tracker.log_artifact(path)
+        self._closing.append(
+            f"Actions read from the codes of test clips: {space.before:.3f} before conditioning, {space.after:.3f} "
+            f"after, {space.commonest:.3f} by naming the commonest ({path.name})"
+        )
 
     def latency(self, milliseconds: float) -> None:
         """What a frame of a single motion costs."""

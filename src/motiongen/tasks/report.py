@@ -32,12 +32,15 @@ def report_runs(config: DictConfig) -> None:
 
 
 def report_study(config: DictConfig) -> None:
-    """The study's table as report.md, .csv, .tex and .html in its folder and in its run in MLflow.
+    """The study's table as report.md, .csv, .tex and .html in its folder and in its run in MLflow, and its curves.
 
     Raises:
         StudyError: nothing was measured, or not alike.
     """
-    from motiongen.studies.plots import draw_rows
+    from motiongen.evaluation.latents import LATENTS_FILE
+    from motiongen.studies.curves import curves_csv, draw_curves, length_curves, place_curves
+    from motiongen.studies.latents import code_rows, latent_pictures
+    from motiongen.studies.plots import draw_rows, lay_side_by_side
     from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
     from motiongen.studies.results import study_results
     from motiongen.studies.table import study_table
@@ -46,18 +49,33 @@ def report_study(config: DictConfig) -> None:
     choices = config.hydra.runtime.choices
     name = str(config.study.name)
     folder = study_folder(name, choices["data"], choices["scale"])
-    table = study_table(study_results(config.tracker, name, folder), config.study, _title(name))
-    picture = folder / "report.png"
-    draw_rows(picture, table)
-    texts = {"md": as_markdown(table), "csv": as_csv(table), "tex": as_latex(table), "html": as_html(table, [picture])}
-    paths = [_written(folder / f"report.{ending}", text) for ending, text in texts.items()]
+    results = study_results(config.tracker, name, folder)
+    table = study_table(results, config.study, _title(name))
+    pictures = [folder / "report.png"]
+    draw_rows(pictures[0], table)
+    paths = []
+    for curves in filter(None, (length_curves(results), place_curves(results, table.metrics))):
+        pictures.append(folder / f"report_{curves.name}.png")
+        draw_curves(pictures[-1], curves)
+        paths.append(_written(folder / f"report_{curves.name}.csv", curves_csv(curves)))
+    codes = code_rows(results)
+    if drawn := latent_pictures(config.tracker.uri, results):
+        pictures.append(folder / f"report_{LATENTS_FILE}")
+        lay_side_by_side(pictures[-1], drawn)
+    texts = {
+        "md": as_markdown(table, codes),
+        "csv": as_csv(table),
+        "tex": as_latex(table),
+        "html": as_html(table, pictures, codes),
+    }
+    paths += [_written(folder / f"report.{ending}", text) for ending, text in texts.items()]
     tracker = MlflowTracker(uri=config.tracker.uri, experiment=config.tracker.experiment)
     tracker.start(f"{name}-{folder.name}", {}, {}, folder)
-    for path in (*paths, picture):
+    for path in (*paths, *pictures):
         tracker.log_artifact(path)
     tracker.finish()
     print(texts["md"])
-    print(f"Written to {folder.absolute()}: {', '.join(path.name for path in (*paths, picture))}")
+    print(f"Written to {folder.absolute()}: {', '.join(path.name for path in (*paths, *pictures))}")
     print(f"Browse the study: {tracker.how_to_open()}")
 
 

@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from motiongen.data.datamodule import MotionData
+from motiongen.evaluation.latents import latent_space
 from motiongen.generation.checkpoint import save_generator
 from motiongen.generation.fitting import fit
 from motiongen.generation.lightning import TrainingShell
@@ -47,6 +48,9 @@ def run(config: DictConfig) -> None:
         save_generator(folder / GENERATOR_FILE, generator, data.tags, trained_on)
         evaluation = judge(config, data, generator)
         record.evaluation(evaluation)
+        space = latent_space(generator, data, config.evaluation.batch_size, config.evaluation.first_seed)
+        if space is not None:
+            record.latents(space)
         record.latency(latency(generator, data.test_batches(1)))
         record.previews(*write_previews(folder, config, data, generator))
     record.print_outcome()
