@@ -15,8 +15,9 @@ from motiongen.studies.rows import EARLIER, LOCK_FILE, failure, run_row, state_o
 class Task:
     """Counts its runs; does what it is told to in the folder."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, studies: Path, study: str = "study") -> None:
+        self.folder = studies / study / "builtin-smoke" / "row"
+        self.folder.mkdir(parents=True)
         self.resumed: list[str | None] = []
         self.breaks: Exception | type[KeyboardInterrupt] | None = None
         self.finishes = True
@@ -95,3 +96,14 @@ def test_a_row_that_another_process_is_at_is_left_to_it(task: Task, caplog: pyte
         run(task)
     assert task.resumed == []
     assert "another process" in caplog.text
+
+
+@pytest.mark.parametrize(("change", "resumes"), [((), True), (("seed=1",), False)])
+def test_what_another_study_trained_is_not_trained_again(
+    tmp_path: Path, change: tuple[str, ...], resumes: bool
+) -> None:
+    first, second = Task(tmp_path, "one"), Task(tmp_path, "two")
+    run(first)
+    run(second, *change)
+    assert second.resumed == [str(second.folder) if resumes else None]
+    assert state_of(second.folder) == "done"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
+import shutil
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -53,6 +54,7 @@ def _run(task: Callable[[DictConfig], None], config: DictConfig, folder: Path) -
         identity = identity_of(config)
         if not _left_to_do(config, identity, folder):
             return
+        _take_over(identity, folder)
         if any(folder.glob(f"checkpoints/{CHECKPOINT}")):
             _log.info("%s: goes on from its last checkpoint", folder.name)
             with open_dict(config):
@@ -80,6 +82,21 @@ def _left_to_do(config: DictConfig, identity: Identity, folder: Path) -> bool:
         return False
     (folder / FAILED_FILE).unlink(missing_ok=True)
     return True
+
+
+def _take_over(identity: Identity, folder: Path) -> None:
+    """Copies the last checkpoint of a row of another study that is done and the same, so that none trains it again."""
+    own = folder / "checkpoints" / CHECKPOINT
+    if own.is_file():
+        return
+    for path in sorted(folder.parents[2].glob(f"*/{folder.parent.name}/*/{ROW_FILE}")):
+        trained = path.parent / "checkpoints" / CHECKPOINT
+        if state_of(path.parent) == "done" and trained.is_file() and not identity.differences(read_identity(path)):
+            own.parent.mkdir(exist_ok=True)
+            with replacing(own) as partial:
+                shutil.copyfile(trained, partial)
+            _log.info("%s: trained before as %s", folder.name, path.parent.relative_to(folder.parents[2]))
+            return
 
 
 def _outdated(reuse: str, identity: Identity, folder: Path) -> list[str]:
