@@ -5,10 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from motiongen.evaluation.results import REAL
 from motiongen.evaluation.stored_long import LONG_HEADINGS
@@ -18,7 +18,13 @@ from motiongen.files import replacing
 from motiongen.studies.results import GENERATED, StudyResults
 from motiongen.studies.statistics import over_trainings
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 PANELS_A_ROW = 3
+
+System = Mapping[str, Any]
+"""What a summary holds of one system"""
 
 
 @dataclass(frozen=True)
@@ -39,40 +45,44 @@ class Curves:
 
 def length_curves(results: StudyResults) -> Curves | None:
     """Accuracy and FID by the frames that were asked for; None where the rows were asked for none."""
-    first = next(iter(results.rows.values()))[0].evaluation["systems"][REAL]
-    if not first.get("lengths"):
+    lengths = _real(results).get("lengths")
+    if not lengths:
         return None
-    metrics = ("accuracy", "fid")
-    apart = frozenset(int(length["frames"]) for length in first["lengths"] if not length["same_length"])
-    lines = {REAL: {metric: _along([first], metric) for metric in metrics}}
-    for row, trainings in results.rows.items():
-        systems = [one.evaluation["systems"][GENERATED] for one in trainings]
-        lines[row] = {metric: _along(systems, metric) for metric in metrics}
-    headings = {metric: HEADINGS[metric][0] for metric in metrics}
+    headings = {metric: HEADINGS[metric][0] for metric in ("accuracy", "fid")}
+    apart = frozenset(int(length["frames"]) for length in lengths if not length["same_length"])
     remark = "Filled: FID to real motions of that length. Open: to all test clips, as not every action lasts that long."
-    return Curves("lengths", "frames asked for", headings, lines, apart, remark)
+    return Curves("lengths", "frames asked for", headings, _lines(results, headings, _along), apart, remark)
 
 
 def place_curves(results: StudyResults, metrics: Sequence[str]) -> Curves | None:
     """Metrics of long motion along the sequence; None where the rows are of single actions."""
-    first = next(iter(results.rows.values()))[0].evaluation["systems"][REAL]
-    if not first.get("places"):
+    if not _real(results).get("places"):
         return None
-    lines = {REAL: {metric: _by_place([first], metric) for metric in metrics}}
-    for row, trainings in results.rows.items():
-        systems = [one.evaluation["systems"][GENERATED] for one in trainings]
-        lines[row] = {metric: _by_place(systems, metric) for metric in metrics}
     headings = {metric: LONG_HEADINGS[metric][0] for metric in metrics}
-    return Curves("places", "place in the sequence", headings, lines)
+    return Curves("places", "place in the sequence", headings, _lines(results, headings, _by_place))
 
 
-def _by_place(systems: Sequence[Mapping[str, Any]], metric: str) -> dict[int, Interval]:
+def _real(results: StudyResults) -> System:
+    real: System = next(iter(results.rows.values()))[0].evaluation["systems"][REAL]
+    return real
+
+
+def _lines(
+    results: StudyResults, metrics: Iterable[str], course: Callable[[Sequence[System], str], dict[int, Interval]]
+) -> dict[str, dict[str, dict[int, Interval]]]:
+    systems = {REAL: [_real(results)]}
+    for row, trainings in results.rows.items():
+        systems[row] = [one.evaluation["systems"][GENERATED] for one in trainings]
+    return {name: {metric: course(own, metric) for metric in metrics} for name, own in systems.items()}
+
+
+def _by_place(systems: Sequence[System], metric: str) -> dict[int, Interval]:
     courses = zip(*(system["places"][metric] for system in systems), strict=True)
     known = {place: [value for value in own if value is not None] for place, own in enumerate(courses, start=1)}
     return {place: over_trainings(own) for place, own in known.items() if own}
 
 
-def _along(systems: Sequence[Mapping[str, Any]], metric: str) -> dict[int, Interval]:
+def _along(systems: Sequence[System], metric: str) -> dict[int, Interval]:
     values: dict[int, list[float]] = {}
     for system in systems:
         for length in system["lengths"]:
@@ -93,24 +103,9 @@ def draw_curves(path: Path, curves: Curves) -> None:
     panels = figure.subplots(rows, columns, squeeze=False).flatten()
     for panel, (metric, heading) in zip(panels, curves.headings.items(), strict=False):
         for number, (row, metrics) in enumerate(curves.lines.items()):
-            points = metrics.get(metric, {})
-            places, means = list(points), [point.value for point in points.values()]
             colour, dashes = ("#555555", "--") if row == REAL else (f"C{number - 1}", "-")
-            panel.plot(places, means, dashes, color=colour, linewidth=1.4, label=row.replace("_", " "))
-            apart = curves.set_apart if metric == "fid" else frozenset()
-            for is_open in (False, True):
-                some = [(place, mean) for place, mean in zip(places, means, strict=True) if (place in apart) == is_open]
-                if some:
-                    panel.plot(
-                        *zip(*some, strict=True),
-                        "o",
-                        color=colour,
-                        markersize=4,
-                        fillstyle="none" if is_open else "full",
-                    )
-            if any(not math.isnan(point.low) for point in points.values()):
-                low, high = zip(*((point.low, point.high) for point in points.values()), strict=True)
-                panel.fill_between(places, low, high, color=colour, alpha=0.15, linewidth=0)
+            apart: Set[int] = curves.set_apart if metric == "fid" else frozenset()
+            _draw_line(panel, metrics[metric], apart, row.replace("_", " "), colour, dashes)
         panel.set_title(heading, fontsize=10)
         panel.set_ylim(bottom=0.0)  # what is drawn is never negative, however wide the interval of few trainings
         panel.set_xlabel(curves.axis, fontsize=9)
@@ -124,6 +119,19 @@ def draw_curves(path: Path, curves: Curves) -> None:
         figure.suptitle(curves.remark, fontsize=8, x=0.01, ha="left")
     with replacing(path) as partial:
         figure.savefig(partial, dpi=120)
+
+
+def _draw_line(
+    panel: Axes, points: Mapping[int, Interval], apart: Set[int], label: str, colour: str, dashes: str
+) -> None:
+    places, means = list(points), [point.value for point in points.values()]
+    panel.plot(places, means, dashes, color=colour, linewidth=1.4, label=label)
+    for fill, chosen in (("full", points.keys() - apart), ("none", points.keys() & apart)):
+        some = sorted(chosen)
+        panel.plot(some, [points[place].value for place in some], "o", color=colour, markersize=4, fillstyle=fill)
+    if any(not math.isnan(point.low) for point in points.values()):
+        low, high = zip(*((point.low, point.high) for point in points.values()), strict=True)
+        panel.fill_between(places, low, high, color=colour, alpha=0.15, linewidth=0)
 
 
 def curves_csv(curves: Curves) -> str:
