@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Sequence as Ordered
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
@@ -19,7 +20,7 @@ from motiongen.data.store import MAX_REJECTED, ClipStore
 from motiongen.data.transitions import draw_transition
 from motiongen.errors import InputError
 from motiongen.motion.skeleton import Skeleton
-from motiongen.options import PositiveInt, Share
+from motiongen.options import PositiveInt, Range, Share
 
 
 class MotionData:
@@ -41,11 +42,14 @@ class MotionData:
     Of the training clips, the share `hidden_labels` comes without tags and styles in `train_batches`, the same clips in
     every epoch, for generators that learn from unlabelled motion too. Nothing else hides labels.
 
-    Damaged parts of the source are left out, unless they are more than the share `max_rejected`.
+    Damaged parts of the source are left out, unless they are more than the share `max_rejected`. A source that was not
+    prepared yet is read by `prepare_workers` processes: 0 reads in this one, None takes one for every thread that
+    PyTorch may use if it is going to take long.
 
     Raises:
         InputError: `max_frames` below `min_frames`, or `train_frames` not between the two.
         DataError: the source is missing or damaged, or has no tag that can be on both sides of the split.
+        LostReader: a process that read the source was killed.
     """
 
     def __init__(
@@ -69,13 +73,14 @@ class MotionData:
         transitions: Share = 0.0,
         hidden_labels: Share = 0.0,
         max_rejected: Share = MAX_REJECTED,
+        prepare_workers: Annotated[int, Range(0)] | None = None,
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
         if train_frames is not None and not min_frames <= train_frames <= max_frames:
             raise InputError(f"data.train_frames ({train_frames}) is not within data.min_frames and data.max_frames")
         self.name = source.name
-        self.store = ClipStore.open(source, Path(cache), max_rejected)
+        self.store = ClipStore.open(source, Path(cache), max_rejected, prepare_workers)
         self.split = split(
             self.store,
             split_seed,

@@ -7,7 +7,6 @@ import json
 import logging
 import os
 import shutil
-import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from torch import Tensor
 
 from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence, Side, Source
 from motiongen.data.journal import FEATURES_FILE, JOURNAL_FILE, Journal
+from motiongen.data.reading import losses_named, readings
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import Skeleton
 
@@ -28,8 +28,6 @@ FORMAT = 3
 """Counted up when the layout on disk changes."""
 MAX_REJECTED = 0.2
 """Share of a source's parts that may be damaged before the whole is taken to be."""
-TIMED = 5
-"""Parts that are read before it is said how long the rest will take."""
 
 _log = logging.getLogger(__name__)
 
@@ -83,7 +81,9 @@ class ClipStore:
         self.styles: tuple[str, ...] = tuple(sorted({style for segment in segments for style in segment.styles}))
 
     @classmethod
-    def open(cls, source: Source, cache: Path | str, max_rejected: float = MAX_REJECTED) -> ClipStore:
+    def open(
+        cls, source: Source, cache: Path | str, max_rejected: float = MAX_REJECTED, workers: int | None = None
+    ) -> ClipStore:
         """The source's store below `cache`, made first where it is missing, damaged or of another fingerprint.
 
         Any number of processes may ask at once: one makes the store, the others wait for it.
@@ -92,9 +92,11 @@ class ClipStore:
             source: parts of it that are damaged are left out, with the reason in `quarantine`.
             cache: the folder of all stores.
             max_rejected: the share of parts above which they are not left out, 0 to 1.
+            workers: processes that read parts, see `readings`; the store is the same whatever their number.
 
         Raises:
             DataError: too many parts are damaged, or all of a source that has no parts; nothing is left behind then.
+            LostReader: one of the processes was killed; what was read until then is kept.
         """
         fingerprint = source.fingerprint()
         folder = Path(cache).expanduser() / "clips" / f"{source.name}-{fingerprint[:16]}"
@@ -109,7 +111,7 @@ class ClipStore:
             # Whatever a process left that was killed here: only the holder of the lock gets to see it.
             unfinished = folder.with_name(f"{folder.name}.unfinished")
             try:
-                _write(source, fingerprint, unfinished, max_rejected)
+                _write(source, fingerprint, unfinished, max_rejected, workers)
             except DataError:
                 shutil.rmtree(unfinished)
                 raise
@@ -127,10 +129,10 @@ class ClipStore:
         return torch.from_numpy(np.array(self._frames[sequence.first + start : sequence.first + stop]))
 
 
-def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float) -> None:
+def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float, workers: int | None) -> None:
     jobs = source.jobs() if isinstance(source, Divisible) else [Job(source.name, (), source.sequences)]
-    with Journal(folder, fingerprint) as journal:
-        _fill(source, jobs, journal, max_rejected)
+    with Journal(folder, fingerprint) as journal, losses_named():
+        _fill(source, jobs, journal, max_rejected, workers)
         rows = [row for job in jobs for row in journal.done[job.name].get("sequences", ())]
         if not rows:
             raise DataError(next(iter(journal.rejected.values()), f"{source.name}: no sequences"))
@@ -149,26 +151,23 @@ def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float) 
     (folder / JOURNAL_FILE).unlink()
 
 
-def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float) -> None:
+def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float, workers: int | None) -> None:
     """Read every part that the journal has not yet; stop as soon as it is certain that too many are damaged."""
     waiting = [job for job in jobs if job.name not in journal.done]
-    paths = [path for job in waiting for path in job.paths]
-    sizes = [path.stat().st_size for path in paths if path.is_file()]
-    if paths:
-        _log.info(
-            f"{source.name}: {len(waiting)} of {len(jobs)} parts are to be read, {len(paths)} files of "
-            f"{sum(sizes) / 1e6:.1f} MB; {len(paths) - len(sizes)} files are missing"
-        )
+    _say_what_is_there(source, waiting, len(jobs))
     names = {row["name"] for entry in journal.done.values() for row in entry.get("sequences", ())}
-    started = time.monotonic()
     with Progress(transient=True) as progress:
+
+        def announce(seconds: float) -> None:
+            progress.print(f"{source.name}: about {seconds:.0f} seconds to go", markup=False)
+
         bar = progress.add_task(f"Preparing {source.name}", total=len(source))
         progress.advance(bar, len(names) + len(journal.rejected))
-        for number, job in enumerate(waiting, start=1):
+        for job, sequences in readings(waiting, workers, announce):
             _refuse_too_many(source, journal.rejected, len(jobs), max_rejected)
             rows: list[dict[str, Any]] = []
             try:
-                for sequence in job.read():
+                for sequence in sequences:
                     _check(source, sequence, names)
                     journal.append(sequence.features.numpy().tobytes())
                     rows.append(_row(sequence))
@@ -178,10 +177,17 @@ def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float
             except DataError as error:
                 journal.reject_part(job.name, str(error))
                 names -= {row["name"] for row in rows}
-            if number == TIMED < len(waiting):
-                seconds = (time.monotonic() - started) * (len(waiting) / TIMED - 1)
-                progress.print(f"{source.name}: about {seconds:.0f} seconds to go", markup=False)
     _refuse_too_many(source, journal.rejected, len(jobs), max_rejected)
+
+
+def _say_what_is_there(source: Source, waiting: list[Job], count: int) -> None:
+    paths = [path for job in waiting for path in job.paths]
+    sizes = [path.stat().st_size for path in paths if path.is_file()]
+    if paths:
+        _log.info(
+            f"{source.name}: {len(waiting)} of {count} parts are to be read, {len(paths)} files of "
+            f"{sum(sizes) / 1e6:.1f} MB; {len(paths) - len(sizes)} files are missing"
+        )
 
 
 def _refuse_too_many(source: Source, rejected: Mapping[str, str], count: int, share: float) -> None:
