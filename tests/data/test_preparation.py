@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
+import pickle
 import signal
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -13,21 +15,28 @@ from pathlib import Path
 import pytest
 import torch
 
-from motiongen.data.clips import DataError, Job, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Sequence
 from motiongen.data.journal import JOURNAL_FILE
+from motiongen.data.reading import LostReader, readings
+from motiongen.data.sources.builtin.source import BuiltinSource
+from motiongen.data.sources.smpl_folder import SmplFolder
 from motiongen.data.store import ClipStore
 from tests.data.corpus import ListedSource, session
+from tests.data.sources.miniatures import smpl_corpus
 
 SESSIONS = [session(f"s{number}", [(0, 20 + number, "walk")], 20 + number) for number in range(10)]
 FORK = multiprocessing.get_context("fork")
 
 
 class DivisibleSource(ListedSource):
-    """Every sequence a part; `spoilt` ones are damaged, after their first frames were delivered if `late`."""
+    """Every sequence a part; `spoilt` ones are damaged, after their first frames were delivered if `late`. The process
+    that reads is killed at one, and has a fault at another."""
 
-    def __init__(self, *, log: Path, spoilt: tuple[str, ...] = (), dies_at: str = "", late: bool = False) -> None:
+    def __init__(
+        self, *, log: Path, spoilt: tuple[str, ...] = (), dies_at: str = "", fails_at: str = "", late: bool = False
+    ) -> None:
         super().__init__(SESSIONS, log=log)
-        self._spoilt, self._dies_at, self._late = spoilt, dies_at, late
+        self._spoilt, self._dies_at, self._fails_at, self._late = spoilt, dies_at, fails_at, late
 
     def jobs(self) -> list[Job]:
         return [Job(one.name, (), partial(self._read, one)) for one in self.listed]
@@ -38,6 +47,8 @@ class DivisibleSource(ListedSource):
             file.write(f"{sequence.name}\n")
         if sequence.name == self._dies_at:
             os.kill(os.getpid(), signal.SIGKILL)
+        if sequence.name == self._fails_at:
+            raise RuntimeError("a fault of the parser")
         if sequence.name in self._spoilt:
             if self._late:
                 yield session("part of it", [(0, 9, "walk")], 9)
@@ -187,3 +198,66 @@ def test_preparing_closes_what_it_opens(tmp_path: Path) -> None:
         ClipStore.open(DivisibleSource(log=tmp_path / "log"), tmp_path / str(number))
     after = len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").is_dir() else 0
     assert after <= before + 1
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_processes_that_read_parts_give_the_same_bytes(tmp_path: Path, workers: int) -> None:
+    late = DivisibleSource(log=tmp_path / "log", spoilt=("s3", "s7"), late=True)
+    ClipStore.open(late, tmp_path / "one", workers=0)
+    store = ClipStore.open(late, tmp_path / "several", workers=workers)
+    assert same_bytes(tmp_path / "one", tmp_path / "several")
+    assert store.quarantine == {"s3": "s3.bvh:7: is cut", "s7": "s7.bvh:7: is cut"}
+
+
+def test_a_process_that_reads_and_is_killed_costs_no_part_that_is_done(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with pytest.raises(LostReader, match=r"data\.prepare_workers: .* was killed, .*goes on from there"):
+        ClipStore.open(DivisibleSource(log=log, dies_at="s8"), tmp_path / "cache", workers=1)
+    lines = (unfinished(tmp_path / "cache") / JOURNAL_FILE).read_text().splitlines()
+    done = [json.loads(line)["name"] for line in lines[1:]]
+    assert done[:5] == ["s0", "s1", "s2", "s3", "s4"]
+    log.unlink()
+    ClipStore.open(DivisibleSource(log=log), tmp_path / "cache", workers=1)
+    assert read(log) == [one.name for one in SESSIONS][len(done) :]
+    ClipStore.open(DivisibleSource(log=log), tmp_path / "other")
+    assert same_bytes(tmp_path / "cache", tmp_path / "other")
+
+
+def test_a_fault_of_the_source_itself_is_not_taken_for_a_lost_process(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="a fault of the parser") as caught:
+        ClipStore.open(DivisibleSource(log=tmp_path / "log", fails_at="s7"), tmp_path, workers=1)
+    assert not isinstance(caught.value, LostReader)
+
+
+def test_what_takes_long_is_read_by_as_many_processes_as_there_are_threads(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pids = tmp_path / "pids"
+
+    def read_slowly(sequence: Sequence) -> Iterator[Sequence]:
+        with pids.open("a") as file:
+            file.write(f"{os.getpid()}\n")
+        time.sleep(0.05)
+        yield sequence
+
+    jobs = [Job(one.name, (), partial(read_slowly, one)) for one in SESSIONS]
+    told: list[float] = []
+    monkeypatch.setattr("motiongen.data.reading.LONG", 0.1)
+    for threads, processes in ((1, 1), (2, 3)):
+        pids.unlink(missing_ok=True)
+        monkeypatch.setattr(torch, "get_num_threads", lambda threads=threads: threads)
+        names = [next(iter(sequences)).name for _, sequences in readings(jobs, None, told.append)]
+        assert names == [one.name for one in SESSIONS]
+        assert len(set(read(pids))) == processes
+    assert told[0] == pytest.approx(0.25, rel=0.5)
+    assert told[1] == pytest.approx(0.125, rel=0.5)
+
+
+def test_parts_can_be_handed_to_processes_that_share_nothing(tmp_path: Path) -> None:
+    """As on systems that cannot fork."""
+    sources: list[Divisible] = [BuiltinSource(sessions=1), SmplFolder(root=str(smpl_corpus(tmp_path)))]
+    for source in sources:
+        job = source.jobs()[0]
+        (again,) = pickle.loads(pickle.dumps(job)).read()
+        (sequence,) = job.read()
+        assert torch.equal(again.features, sequence.features)

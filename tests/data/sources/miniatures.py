@@ -156,6 +156,15 @@ def babel_corpus(root: Path) -> Path:
     return save_babel(root, **files)
 
 
+def smpl_corpus(root: Path) -> Path:
+    """Six files each of two actions by two people whose shapes lie beside them, as in AMASS."""
+    for number in range(12):
+        folder = root / f"rub{number % 2:03d}" / ("walk", "kick")[number // 6]
+        save_npz(folder / f"{number}_poses.npz", amass(Known(number), 120, 60.0, np.zeros(3)))
+        save_npz(folder.parent / "shape.npz", {"betas": np.zeros(16)})
+    return root
+
+
 def humanact12(clips: list[tuple[Known, int]], offsets: Array, frames: int) -> dict[str, list[Any]]:
     """Clips and their labels; `offsets` (24, 3)."""
     when = times(frames, 30.0)

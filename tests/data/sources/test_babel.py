@@ -17,6 +17,7 @@ from tests.data.sources.miniatures import Known, amass, babel_corpus, entry, lab
 
 FOLDER = "BMLrub/BioMotionLab_NTroje/rub055"
 PATH = f"{FOLDER}/walk_poses.npz"
+PATH_OF_3 = "BMLrub/BioMotionLab_NTroje/rub001/3_poses.npz"
 
 
 def recording(root: Path, place: str = PATH, seed: int = 0, frames: int = 241) -> None:
@@ -179,7 +180,7 @@ def test_the_fingerprint_follows_labels_motion_and_options(tmp_path: Path) -> No
     first = Babel(root=str(root)).fingerprint()
     assert Babel(root=str(root)).fingerprint() == first
     assert Babel(root=str(root), official_split=False).fingerprint() != first
-    recording(root, "BMLrub/BioMotionLab_NTroje/rub001/3_poses.npz", seed=99)
+    recording(root, PATH_OF_3, seed=99)
     second = Babel(root=str(root)).fingerprint()
     assert second != first
     path = root / "babel_v1.0_release" / "val.json"
@@ -218,9 +219,19 @@ def test_missing_and_damaged_files_are_named(tmp_path: Path) -> None:
     (root / "babel_v1.0_release" / "val.json").write_text(json.dumps([1]))
     with pytest.raises(DataError, match=r"val\.json: holds a list"):
         Babel(root=str(root))
+
+
+def test_a_damaged_recording_is_left_out_with_the_reason(tmp_path: Path) -> None:
     root = babel_corpus(tmp_path)
-    damaged = root / "amass" / "BMLrub/BioMotionLab_NTroje/rub001/3_poses.npz"
+    whole = Babel(root=str(root)).fingerprint()
+    damaged = root / "amass" / PATH_OF_3
     damaged.write_bytes(damaged.read_bytes()[:5000])
-    with pytest.raises(DataError, match=r"3_poses\.npz: not an NPZ file"):
-        ClipStore.open(Babel(root=str(root)), tmp_path / "cache")
-    assert list((tmp_path / "cache").glob("**/*.npy")) == []
+    source = Babel(root=str(root))
+    assert source.fingerprint() != whole
+    store = ClipStore.open(source, tmp_path / "cache")
+    assert len(store.sequences) == 7
+    assert list(store.quarantine) == [PATH_OF_3]
+    assert f"{damaged}: not an NPZ file" in store.quarantine[PATH_OF_3]
+    with pytest.raises(DataError, match=r"3_poses\.npz: not an NPZ file.*\n.*data\.max_rejected=0\.1"):
+        ClipStore.open(Babel(root=str(root)), tmp_path / "other", max_rejected=0.1)
+    assert list((tmp_path / "other").glob("**/*.npy")) == []

@@ -13,7 +13,7 @@ from motiongen.generation.lightning import TrainingShell
 from motiongen.options_check import problems_in
 from motiongen.tasks.assembly import build_data, build_generator
 from motiongen.tasks.judging import judge
-from tests.data.sources.miniatures import babel_corpus, humanact12_corpus, ntu13_corpus, uestc_corpus
+from tests.data.sources.miniatures import babel_corpus, humanact12_corpus, ntu13_corpus, smpl_corpus, uestc_corpus
 
 CORPORA: dict[str, Callable[[Path], Path]] = {
     "babel": babel_corpus,
@@ -22,6 +22,7 @@ CORPORA: dict[str, Callable[[Path], Path]] = {
     "humanact12": humanact12_corpus,
     "uestc": uestc_corpus,
     "ntu13": ntu13_corpus,
+    "smpl_folder": smpl_corpus,
 }
 
 

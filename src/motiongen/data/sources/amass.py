@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -126,14 +127,19 @@ def read_amass(path: Path, people: People) -> Tensor:
 def checksums(path: Path) -> list[tuple[str, int, int]]:
     """Name, size and CRC-32 of each array in an NPZ file, which its directory says without reading them.
 
+    Of a file without such a directory, which is damaged, those of the whole.
+
     Raises:
-        DataError: the file is missing or not an NPZ file.
+        DataError: the file is missing or cannot be read.
     """
     try:
         with zipfile.ZipFile(required(path)) as file:
             return [(member.filename, member.file_size, member.CRC) for member in file.infolist()]
-    except (OSError, zipfile.BadZipFile) as error:
-        raise DataError(f"{path}: not an NPZ file of plain arrays: {error}") from error
+    except zipfile.BadZipFile:
+        content = path.read_bytes()
+        return [(path.name, len(content), zlib.crc32(content))]
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read: {error.strerror}") from error
 
 
 def _rate(path: Path, content: dict[str, Any]) -> float:

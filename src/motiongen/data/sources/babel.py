@@ -7,10 +7,11 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
-from motiongen.data.clips import DataError, Segment, Sequence, Side
+from motiongen.data.clips import DataError, Job, Segment, Sequence, Side
 from motiongen.data.roots import check_root
 from motiongen.data.sources import babel_mag
 from motiongen.data.sources.amass import People, checksums, read_amass
@@ -77,7 +78,7 @@ class Babel:
 
     Raises:
         DataError: when constructed, if a folder or label file is missing or damaged, or all recordings are missing;
-            from `fingerprint` and `sequences`, if a recording is damaged.
+            from a recording's job, if it is damaged.
     """
 
     def __init__(
@@ -115,12 +116,18 @@ class Babel:
         return len(self._kept)
 
     def sequences(self) -> Iterator[Sequence]:
-        for recording in self._kept:
-            pose = read_amass(recording.path, self._people)
-            inside = (segment for segment in recording.segments if segment.start < len(pose))
-            segments = tuple(replace(segment, stop=min(segment.stop, len(pose))) for segment in inside)
-            name = self._name(recording)
-            yield Sequence(name, name, pose, segments, recording.side if self._official else None)
+        for job in self.jobs():
+            yield from job.read()
+
+    def jobs(self) -> list[Job]:
+        return [Job(self._name(one), (one.path,), partial(self._read, one)) for one in self._kept]
+
+    def _read(self, recording: _Recording) -> Iterator[Sequence]:
+        pose = read_amass(recording.path, self._people)
+        inside = (segment for segment in recording.segments if segment.start < len(pose))
+        segments = tuple(replace(segment, stop=min(segment.stop, len(pose))) for segment in inside)
+        name = self._name(recording)
+        yield Sequence(name, name, pose, segments, recording.side if self._official else None)
 
     def _name(self, recording: _Recording) -> str:
         return recording.path.relative_to(self._amass).as_posix()

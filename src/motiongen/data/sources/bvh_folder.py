@@ -5,9 +5,8 @@ from __future__ import annotations
 import hashlib
 import logging
 import os
-import re
 from collections.abc import Iterable, Iterator
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,11 +14,9 @@ import torch
 from torch import Tensor
 
 from motiongen.data.clips import DataError, Job, Segment, Sequence
-from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import Bvh, read_bvh
 from motiongen.data.sources.bvh_rig import Rig, Up, guess_rig, read_mapping, write_mapping
-from motiongen.data.sources.files import digest
-from motiongen.data.sources.folder import LABELS, read_labels
+from motiongen.data.sources.labelled_files import LabelledFiles
 from motiongen.data.sources.rest_pose import bones
 from motiongen.data.sources.retarget import at_thirty, features, rotation_between, smpl_pose
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, JOINTS, PARENTS, Skeleton
@@ -41,10 +38,7 @@ class BvhFolder:
     Args:
         root: the folder.
         mapping: a YAML file with the joints' names, axes, unit and frames; without one they are guessed.
-        pattern: a regular expression that a file's name without its ending matches as a whole. Its group `tag` is the
-            action (several with `+` between them), its optional groups `style` and `group` are the manner, and what
-            files that never straddle the split have in common. Without a pattern, `labels.csv` with columns `file` and
-            `tags` is read if it is there; else the name of a file's folder is its tag.
+        pattern: of the files' names, see `LabelledFiles`; without one a table or the folders' names are the labels.
         up: the axis that is up, in place of what the mapping says or the files show.
         metres: the length of the files' unit, likewise.
         root_tags: tags of actions that travel.
@@ -68,73 +62,40 @@ class BvhFolder:
         root_tags: Iterable[str] = (),
         guesses: str | None = None,
     ) -> None:
-        self._root = check_root(root)
-        self.root_tags = frozenset(root_tags)
         self._mapping = None if mapping is None else Path(mapping).expanduser()
         self._written = None if self._mapping is None else read_mapping(self._mapping)
+        self._files = LabelledFiles(root, ".bvh", pattern)
+        self._root = self._files.root
+        self.root_tags = frozenset(root_tags)
         self._up, self._metres = up, metres
         self._guesses = None if guesses is None else Path(guesses).expanduser()
-        self._pattern = None if pattern is None else _compiled(pattern)
-        labels = self._root / LABELS
-        self._labels = read_labels(labels) if pattern is None and labels.is_file() else None
-        if self._labels is None:
-            self._paths = sorted(path for path in self._root.rglob("*") if path.suffix.lower() == ".bvh")
-        else:
-            self._paths = [self._root / file for file in self._labels]
-        if not self._paths:
-            raise DataError(f"{self._root}: no .bvh files")
 
     def fingerprint(self) -> str:
-        files = [path for path in self._paths if self._is_inside(path)]
         written = None if self._mapping is None else self._mapping.read_text(encoding="utf-8")
-        pattern = None if self._pattern is None else self._pattern.pattern
-        settings = (written, pattern, self._up, self._metres, sorted(self.root_tags), self._labels)
-        return digest(self._root, files, self.name, PARSER_VERSION, *settings)
+        tags = sorted(self.root_tags)
+        return self._files.fingerprint(self.name, PARSER_VERSION, written, self._up, self._metres, tags)
 
     def skeleton(self) -> Skeleton:
         """The mean shape of some of the files."""
         return Skeleton(torch.stack([self._pose(path, bvh)[2] for path, bvh in self._samples]).mean(dim=0).float())
 
     def __len__(self) -> int:
-        return len(self._paths)
+        return len(self._files.paths)
 
     def sequences(self) -> Iterator[Sequence]:
         for job in self.jobs():
             yield from job.read()
 
     def jobs(self) -> list[Job]:
-        return [
-            Job(path.relative_to(self._root).as_posix(), (path,), partial(self._read, path)) for path in self._paths
-        ]
+        return self._files.jobs(self._read)
 
     def _read(self, path: Path) -> Iterator[Sequence]:
-        if not self._is_inside(path):
-            raise DataError(f"{path}: is missing or leads out of the folder")
-        tags, style, group = self._label(path)
+        label = self._files.label(path)
         bvh = read_bvh(path)
         local, pelvis, offsets = self._pose(path, bvh)
         scale = self._legs / Skeleton(offsets.float()).leg_length
         pose = features(*at_thirty(path, local, pelvis * scale, bvh.fps))
-        name = path.relative_to(self._root).with_suffix("").as_posix()
-        yield Sequence(_printable(name), _printable(group), pose, (Segment(0, len(pose), tags, style),))
-
-    def _is_inside(self, path: Path) -> bool:
-        return path.is_file() and path.resolve().is_relative_to(self._root.resolve())
-
-    def _label(self, path: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
-        """Tags, styles and group."""
-        file = path.relative_to(self._root)
-        if self._labels is not None:
-            return self._labels[file.as_posix()], (), file.as_posix()
-        if self._pattern is None:
-            return (_printable(path.absolute().parent.name),), (), file.as_posix()
-        match = self._pattern.fullmatch(path.stem)
-        if match is None:
-            raise DataError(f"{path}: data.source.pattern: {self._pattern.pattern!r} does not match the name")
-        found = {name: text for name, text in match.groupdict().items() if text}
-        tags = tuple(_printable(tag.strip()) for tag in found.get("tag", "").split("+"))
-        style = (_printable(found["style"]),) if "style" in found else ()
-        return tags, style, found.get("group", file.as_posix())
+        yield Sequence(label.name, label.group, pose, (Segment(0, len(pose), label.tags, label.styles),))
 
     def _pose(self, path: Path, bvh: Bvh) -> tuple[Tensor, Tensor, Tensor]:
         """Local rotations (T, 22, 3, 3), pelvis positions (T, 3) and bone offsets (22, 3), metres, z up."""
@@ -177,10 +138,10 @@ class BvhFolder:
     def _samples(self) -> list[tuple[Path, Bvh]]:
         found: list[tuple[Path, Bvh]] = []
         reasons: list[DataError] = []
-        for place in np.unique(np.linspace(0, len(self._paths) - 1, SAMPLES).round().astype(int)):
-            path = self._paths[place]
+        for place in np.unique(np.linspace(0, len(self._files.paths) - 1, SAMPLES).round().astype(int)):
+            path = self._files.paths[place]
             try:
-                if self._is_inside(path):
+                if self._files.is_inside(path):
                     found.append((path, read_bvh(path)))
             except DataError as error:
                 reasons.append(error)
@@ -214,18 +175,3 @@ def _offsets(rig: Rig, rotations: Tensor, positions: Tensor, align: Tensor) -> T
 def _parent(bvh: Bvh, name: str | None) -> str | None:
     parent = bvh.parents[bvh.names.index(name or "")]
     return bvh.names[parent] if parent >= 0 else None
-
-
-def _compiled(pattern: str) -> re.Pattern[str]:
-    try:
-        compiled = re.compile(pattern)
-    except re.error as error:
-        raise DataError(f"data.source.pattern: {pattern!r}: {error}") from error
-    if "tag" not in compiled.groupindex:
-        raise DataError(f"data.source.pattern: {pattern!r} has no group (?P<tag>...)")
-    return compiled
-
-
-def _printable(text: str) -> str:
-    """Names of files that are not UTF-8 in a form that can be written."""
-    return text.encode("utf-8", "backslashreplace").decode()

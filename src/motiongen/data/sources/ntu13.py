@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
-from motiongen.data.clips import DataError, Segment, Sequence
+from motiongen.data.clips import DataError, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.arrays import per_frame, read_plain_pickle
 from motiongen.data.sources.camera import upright, vibe_pelvis
@@ -38,22 +38,19 @@ TAGS = {
     102: "side kick",
 }
 
-_log = logging.getLogger(__name__)
-
 
 class Ntu13:
     """The folder with `ntu_vibe_list.txt` and the joblib files that it lists; no longer distributed.
 
     The number after `A` in a file's name is its action. Files of one performer (the number after `P`) stay on one side
-    of the split. Files in which VIBE found nobody are left out, with one warning. Bones are those of the built-in
-    figure.
+    of the split. Bones are those of the built-in figure.
 
     Args:
         root: the folder.
 
     Raises:
         DataError: when constructed, if the list or a file is missing or a name tells none of the 13 actions; from
-            `sequences`, if a file is damaged.
+            a file's job, if it is damaged or VIBE found nobody in it.
     """
 
     name = "ntu13"
@@ -76,27 +73,32 @@ class Ntu13:
         return len(self._files)
 
     def sequences(self) -> Iterator[Sequence]:
-        empty = 0
-        for file in self._files:
-            content = read_plain_pickle(file)
-            if not isinstance(content, dict):
-                raise DataError(f"{file}: holds a {type(content).__name__}, not VIBE's dictionary")
-            if PERSON not in content:
-                empty += 1
-                continue
-            found = content[PERSON]
-            if not isinstance(found, dict) or "joints3d" not in found:
-                raise DataError(f"{file}: field 'joints3d' is missing")
-            turns = per_frame(file, found, "pose", 3 * JOINTS)
-            pelvis = vibe_pelvis(str(file), found["joints3d"])
-            if len(turns) != len(pelvis):
-                raise DataError(f"{file}: {len(turns)} poses and {len(pelvis)} joints3d")
-            pose = upright(file, turns, pelvis, self._skeleton, FPS)
-            performer = re.search(r"P\d+", file.name)
-            name = file.relative_to(self._root).as_posix()
-            yield Sequence(name, performer[0] if performer else name, pose, (Segment(0, len(pose), (_tag(file),)),))
-        if empty:
-            _log.warning("%s: VIBE found nobody in %d of %d files", self._root, empty, len(self._files))
+        for job in self.jobs():
+            yield from job.read()
+
+    def jobs(self) -> list[Job]:
+        return [Job(self._name(file), (file,), partial(self._read, file)) for file in self._files]
+
+    def _name(self, file: Path) -> str:
+        return file.relative_to(self._root).as_posix()
+
+    def _read(self, file: Path) -> Iterator[Sequence]:
+        content = read_plain_pickle(file)
+        if not isinstance(content, dict):
+            raise DataError(f"{file}: holds a {type(content).__name__}, not VIBE's dictionary")
+        if PERSON not in content:
+            raise DataError(f"{file}: VIBE found nobody")
+        found = content[PERSON]
+        if not isinstance(found, dict) or "joints3d" not in found:
+            raise DataError(f"{file}: field 'joints3d' is missing")
+        turns = per_frame(file, found, "pose", 3 * JOINTS)
+        pelvis = vibe_pelvis(str(file), found["joints3d"])
+        if len(turns) != len(pelvis):
+            raise DataError(f"{file}: {len(turns)} poses and {len(pelvis)} joints3d")
+        pose = upright(file, turns, pelvis, self._skeleton, FPS)
+        performer = re.search(r"P\d+", file.name)
+        name = self._name(file)
+        yield Sequence(name, performer[0] if performer else name, pose, (Segment(0, len(pose), (_tag(file),)),))
 
     def _listed(self, line: str) -> Path:
         path = required(self._root / line)
