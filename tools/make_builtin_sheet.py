@@ -14,7 +14,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from motiongen.data.clips import Sequence
 from motiongen.data.sources.builtin.babel_mag import COUNTS, PART_COUNTS, STAIRS
-from motiongen.data.sources.builtin.body import skeleton
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.repertoire import act
 from motiongen.data.sources.builtin.sessions import session
 from motiongen.data.sources.builtin.subjects import cast
@@ -27,7 +27,7 @@ OUTPUT = Path(__file__).resolve().parents[1] / "docs/images/builtin-31.png"
 COLUMNS, WIDTH, ROW, HEAD = 2, 470, 144, 18
 ABOVE, BELOW = 34, 58
 """What `render_strip` puts above and below the poses, pixels."""
-PEOPLE = cast(0, 12)
+PEOPLE = cast(0, 12, body_spread=0.08)
 
 
 def performance(tags: tuple[str, ...], number: int) -> Sequence:
@@ -56,7 +56,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, default=OUTPUT)
     parser.add_argument("--number", type=int, default=0, help="which performance")
     options = parser.parse_args()
-    body = makehuman().fitted_to(skeleton())
+    body = makehuman().fitted_to(MEAN.skeleton())
     tags = [(tag,) for tag in COUNTS] + [("stand", part) for part in PART_COUNTS]
     with TemporaryDirectory() as folder:
         rows = [row(performance(own, options.number), body, Path(folder)) for own in tags]

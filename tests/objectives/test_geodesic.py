@@ -7,7 +7,7 @@ import roma
 import torch
 
 from motiongen.contracts import Prediction
-from motiongen.data.sources.builtin.body import skeleton as builtin_skeleton
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.motion.representation import pack, unpack
 from motiongen.motion.skeleton import JOINT, JOINTS
 from motiongen.objectives.geodesic import (
@@ -57,7 +57,7 @@ def test_gradients_are_finite_at_the_same_and_at_the_opposite_rotation(form):
 
 def test_equation_23_by_hand_for_three_joints():
     """The built-in body: the knee carries shank and foot; spine3 collar, shoulder and arm; the hip the whole leg."""
-    alpha = impact_factors(builtin_skeleton())
+    alpha = impact_factors(MEAN.skeleton())
     shank, foot = math.hypot(0.417, 0.035), math.hypot(0.052, 0.135)
     collar, shoulder = math.hypot(0.060, 0.135, 0.036), math.hypot(0.112, 0.035, 0.010)
     assert alpha[JOINT["left_knee"]].item() == pytest.approx(shank + foot, rel=1e-5)
@@ -68,7 +68,7 @@ def test_equation_23_by_hand_for_three_joints():
 
 
 def test_what_hangs_on_an_end_effector_lengthens_every_path_to_it():
-    body = builtin_skeleton()
+    body = MEAN.skeleton()
     torch.testing.assert_close(impact_factors(body, 0.1), impact_factors(body) + 0.1)
 
 
@@ -78,7 +78,7 @@ def test_the_loss_weighs_each_joint_by_its_factor():
     turned = rotations.clone()
     turned[1, JOINT["left_elbow"]] @= roma.rotvec_to_rotmat(torch.tensor([0.0, 0.3, 0.0]))
     predicted, target = pack(turned, torch.zeros(2, 3)), pack(rotations, torch.zeros(2, 3))
-    body = builtin_skeleton()
+    body = MEAN.skeleton()
     distance = HierarchicalGeodesic(end_effector=0.0)(predicted, target, body)
     # Unmoved joints count for the angle that the cosine is clamped to.
     assert distance[1].item() - distance[0].item() == pytest.approx(0.3 * 0.238, abs=1e-3)

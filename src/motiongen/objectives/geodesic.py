@@ -104,8 +104,8 @@ def _dot(one: Tensor, other: Tensor) -> Tensor:
 
 
 if __name__ == "__main__":
-    from motiongen.data.sources.builtin.body import skeleton as builtin_skeleton
+    from motiongen.data.sources.builtin.body import MEAN
 
-    body = builtin_skeleton()
+    body = MEAN.skeleton()
     for name, printed, used in zip(JOINT_NAMES, impact_factors(body), impact_factors(body, 0.1), strict=True):
         print(f"{name:15} {printed:.3f} m (Eq. 23)   {used:.3f} m (with 0.1 m beyond end effectors)")

@@ -25,8 +25,8 @@ def takes(corpus: tuple[Sequence, ...]) -> tuple[Take, ...]:
 
 @pytest.fixture(scope="session")
 def takes_31() -> tuple[Take, ...]:
-    """Enough sessions for a few performances of the rarest of the 31 tags."""
-    return posed(BuiltinSource(sessions=24, repertoire="babel_mag").sequences())
+    """Enough sessions, by people of different bodies, for a few performances of the rarest of the 31 tags."""
+    return posed(BuiltinSource(sessions=24, repertoire="babel_mag", body_spread=0.08).sequences())
 
 
 @pytest.fixture(params=["basic", "babel_mag"])

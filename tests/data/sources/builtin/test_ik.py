@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from motiongen.data.sources.builtin import body
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.ik import solve
 from motiongen.data.sources.builtin.score import CHANNELS
 from motiongen.motion.kinematics import forward_kinematics
@@ -13,13 +13,13 @@ from motiongen.motion.skeleton import JOINT
 def pose(frames: int, **channels: np.ndarray | float) -> torch.Tensor:
     """Joint positions (T, 22, 3) of a body that stands but for what is given."""
     curves = {channel: np.zeros(frames) for channel in CHANNELS}
-    curves["height"] += body.STANDING_HEIGHT - 0.02
+    curves["height"] += MEAN.standing_height - 0.02
     for side, sign in (("left", 1.0), ("right", -1.0)):
         curves[f"{side}_foot_x"] += 0.1 * sign
     for channel, values in channels.items():
         curves[channel] = curves[channel] + values
-    rotations, translation = solve(curves)
-    return forward_kinematics(torch.from_numpy(rotations), torch.from_numpy(translation), body.skeleton())[1]
+    rotations, translation = solve(curves, MEAN)
+    return forward_kinematics(torch.from_numpy(rotations), torch.from_numpy(translation), MEAN.skeleton())[1]
 
 
 def test_feet_stand_where_the_plan_puts_them() -> None:
@@ -31,8 +31,8 @@ def test_feet_stand_where_the_plan_puts_them() -> None:
         "x": generator.uniform(-0.1, 0.1, 50),
     }
     joints = pose(50, **moves)
-    np.testing.assert_allclose(joints[:, JOINT["left_ankle"]], [[0.1, body.MIDFOOT, body.ANKLE_HEIGHT]] * 50, atol=1e-6)
-    ball = [0.1, body.MIDFOOT - body.BALL[0], body.ANKLE_HEIGHT + body.BALL[1]]
+    np.testing.assert_allclose(joints[:, JOINT["left_ankle"]], [[0.1, MEAN.midfoot, MEAN.ankle_height]] * 50, atol=1e-6)
+    ball = [0.1, MEAN.midfoot - MEAN.ball[0], MEAN.ankle_height + MEAN.ball[1]]
     np.testing.assert_allclose(joints[:, JOINT["left_foot"]], [ball] * 50, atol=1e-6)
 
 
@@ -47,8 +47,8 @@ def test_a_pelvis_out_of_reach_lifts_the_heel_and_then_sinks() -> None:
     joints = pose(40, y=np.full(40, -0.45))
     ball = joints[:, JOINT["right_foot"]]
     np.testing.assert_allclose(ball, ball[:1].expand_as(ball), atol=1e-5)
-    assert joints[20, JOINT["right_ankle"], 2] > body.ANKLE_HEIGHT + 0.04
-    assert joints[20, 0, 2] < body.STANDING_HEIGHT - 0.02
+    assert joints[20, JOINT["right_ankle"], 2] > MEAN.ankle_height + 0.04
+    assert joints[20, 0, 2] < MEAN.standing_height - 0.02
 
 
 def test_arms_are_mirror_images() -> None:

@@ -6,20 +6,20 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from motiongen.data.sources.builtin import body
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.subjects import cast
 from motiongen.motion.canonical import heading
 from motiongen.motion.skeleton import FEET, JOINT
 from tests.data.sources.builtin.takes import Take
 
 ANKLES, BALLS = (JOINT["left_ankle"], JOINT["right_ankle"]), (JOINT["left_foot"], JOINT["right_foot"])
-BALL_HEIGHT = body.ANKLE_HEIGHT + body.BALL[1]
+BALL_HEIGHT = MEAN.ankle_height + MEAN.ball[1]
 
 
 def standing(take: Take) -> Tensor:
     """(T, 4) whether an ankle or ball is as low as in a flat foot, within 3 mm; order of FEET."""
     heights = take.joints[:, FEET, 2]
-    return heights < torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2) + 0.003
+    return heights < torch.tensor([MEAN.ankle_height, BALL_HEIGHT] * 2) + 0.003
 
 
 def test_feet_in_contact_stay(all_takes: tuple[Take, ...]) -> None:
@@ -33,14 +33,14 @@ def test_feet_in_contact_stay(all_takes: tuple[Take, ...]) -> None:
 
 
 def test_feet_stay_above_the_floor(all_takes: tuple[Take, ...]) -> None:
-    points = torch.tensor([[0.0, up, forward] for forward, up in (body.HEEL, body.TOE_TIP, body.BALL)])
+    points = torch.tensor([[0.0, up, forward] for forward, up in (MEAN.heel, MEAN.toe_tip, MEAN.ball)])
     for take in all_takes:
         for ankle in ANKLES:
             sole = take.joints[:, ankle, None] + torch.einsum("tij,nj->tni", take.world[:, ankle], points.double())
             # The tip hangs on the toe joint, which bends; only heel and ball are rigid with the ankle.
             assert sole[:, (0, 2), 2].min() > -0.01
         for ball in BALLS:
-            tip = torch.tensor([0.0, *(body.TOE_TIP - body.BALL)[::-1]]).double()
+            tip = torch.tensor([0.0, *(MEAN.toe_tip - MEAN.ball)[::-1]]).double()
             assert (take.joints[:, ball] + take.world[:, ball] @ tip)[:, 2].min() > -0.012
 
 
@@ -106,7 +106,7 @@ def test_a_jump_flies_and_falls_with_gravity(all_takes: tuple[Take, ...]) -> Non
     for take in all_takes:
         for part in take.of("jump"):
             up = take.joints[part, 0, 2]
-            lowest = take.joints[part][:, FEET, 2] - torch.tensor([body.ANKLE_HEIGHT, BALL_HEIGHT] * 2)
+            lowest = take.joints[part][:, FEET, 2] - torch.tensor([MEAN.ankle_height, BALL_HEIGHT] * 2)
             flight = (lowest.amin(dim=-1) > 0.02).nonzero().flatten()
             assert len(flight) >= 5
             middle = flight[2:-2]

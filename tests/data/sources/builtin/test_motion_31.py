@@ -9,9 +9,9 @@ import pytest
 import torch
 from torch import Tensor
 
-from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.actions.pacing import RISE
 from motiongen.data.sources.builtin.babel_mag import COUNTS, PART_COUNTS, ROOT_TAGS, STAIRS
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.source import BuiltinSource
 from motiongen.motion.canonical import heading
 from motiongen.motion.representation import ROTATION
@@ -62,7 +62,7 @@ def test_segments_touch_and_last_as_long_as_people_take(takes_31: tuple[Take, ..
 
 
 def test_same_seed_gives_the_same_bits_however_many_sessions_follow(takes_31: tuple[Take, ...]) -> None:
-    again = BuiltinSource(sessions=300, repertoire="babel_mag").sequences()
+    again = BuiltinSource(sessions=300, repertoire="babel_mag", body_spread=0.08).sequences()
     for take, sequence in zip(takes_31, islice(again, 4), strict=False):
         assert torch.equal(take.sequence.features, sequence.features)
         assert take.sequence.segments == sequence.segments
@@ -88,7 +88,7 @@ def test_stairs_go_up_and_back_to_the_floor(takes_31: tuple[Take, ...]) -> None:
             assert 3 * RISE[0] - 0.03 < rise < 5 * RISE[1] + 0.03
             assert abs(height[2] - height[0]) < 0.03
             for ball in BALLS:
-                climbed = take.joints[top, ball, 2] - (body.ANKLE_HEIGHT + body.BALL[1])
+                climbed = take.joints[top, ball, 2] - (MEAN.ankle_height + MEAN.ball[1])
                 assert abs(climbed - rise) < 0.03
     assert pairs >= 3
 
@@ -125,7 +125,8 @@ def test_the_body_stays_over_its_feet(takes_31: tuple[Take, ...], tag: str) -> N
             :, [JOINT[f"{side}_{name}"] for side in ("left", "right") for name in ("ankle", "foot")]
         ]
         off = take.joints[part][:, core, :2].mean(dim=1) - feet[..., :2].mean(dim=1)
-        assert off.norm(dim=-1).max() < 0.22
+        # 0.22 m of a person of average length; the shortest person's metres come out 1 / 0.92 as long.
+        assert off.norm(dim=-1).max() < 0.22 / 0.92
 
 
 def test_things_are_reached_for_early_and_put_down_late(takes_31: tuple[Take, ...]) -> None:

@@ -2,12 +2,13 @@ from __future__ import annotations
 
 from collections import Counter
 from itertools import islice, pairwise
+from typing import Any
 
 import pytest
 import torch
 
 from motiongen.data.clips import DataError, Sequence
-from motiongen.data.sources.builtin.source import BuiltinSource
+from motiongen.data.sources.builtin.source import BLOCK, BuiltinSource
 
 PROMISED = {
     "walk", "run", "step", "turn", "sit down", "stand up", "stand", "jump", "kick", "punch", "throw", "wave hand",
@@ -67,16 +68,26 @@ def test_fingerprint_follows_the_settings() -> None:
             BuiltinSource(sessions=3),
             BuiltinSource(subjects=4),
             BuiltinSource(repertoire="babel_mag"),
+            BuiltinSource(body_spread=0.05),
         )
     }
-    assert len(prints) == 5
+    assert len(prints) == 6
     assert BuiltinSource().fingerprint() == BuiltinSource().fingerprint()
 
 
-@pytest.mark.parametrize("settings", [{"sessions": 0}, {"subjects": 0}, {"seed": -1}])
-def test_settings_out_of_range_are_named(settings: dict[str, int]) -> None:
+@pytest.mark.parametrize("settings", [{"sessions": 0}, {"subjects": 0}, {"seed": -1}, {"body_spread": 0.2}])
+def test_settings_out_of_range_are_named(settings: dict[str, Any]) -> None:
     with pytest.raises(DataError, match=next(iter(settings))):
         BuiltinSource(**settings)
+
+
+def test_blocks_are_made_by_themselves(corpus: tuple[Sequence, ...]) -> None:
+    source = BuiltinSource()
+    jobs = source.jobs()
+    assert len(jobs) == 2
+    last = list(jobs[1].read())
+    assert [sequence.name for sequence in last] == [f"session_{index:03d}" for index in range(BLOCK, len(source))]
+    assert all(torch.equal(one.features, other.features) for one, other in zip(last, corpus[BLOCK:], strict=True))
 
 
 def test_an_unknown_repertoire_is_named() -> None:

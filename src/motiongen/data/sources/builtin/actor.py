@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.curves import Array
 from motiongen.data.sources.builtin.score import ARM, FPS, SIDES, TRUNK, Score
 from motiongen.data.sources.builtin.subjects import Subject
@@ -39,7 +38,7 @@ class Actor:
     @property
     def standing(self) -> float:
         """Height of the pelvis at rest, metres."""
-        return body.STANDING_HEIGHT - self.subject.knee_bend + self.floor
+        return self.subject.body.standing_height - self.subject.knee_bend + self.floor
 
     @property
     def heading(self) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from motiongen.data.sources.builtin import body
+from motiongen.data.sources.builtin.body import Body
 from motiongen.data.sources.builtin.curves import Array, ease, smooth
 from motiongen.motion.skeleton import JOINT, JOINTS
 
@@ -33,11 +33,12 @@ def turn(axis: str, degrees: Array) -> Array:
     return np.stack(rows, axis=-1).reshape(*angle.shape, 3, 3)
 
 
-def solve(curves: Curves) -> tuple[Array, Array]:
+def solve(curves: Curves, body: Body) -> tuple[Array, Array]:
     """Pose the body at every frame.
 
     Args:
         curves: every channel of a score, (T,) each.
+        body: whose.
 
     Returns:
         Local rotations (T, 22, 3, 3) and world positions of the pelvis (T, 3), metres.
@@ -54,16 +55,16 @@ def solve(curves: Curves) -> tuple[Array, Array]:
     feet = {}
     sink = np.zeros(frames)
     for side in ("left", "right"):
-        hip = _hip(pelvis, position, side)
-        feet[side] = _foot(curves, side, np.zeros(frames))
-        missing = _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"])
+        hip = _hip(pelvis, position, side, body)
+        feet[side] = _foot(curves, side, np.zeros(frames), body)
+        missing = _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"], body)
         # A leg that is too short for its stance first lifts the heel; the pelvis sinks for what is still missing.
         heel = smooth(_widened(np.minimum(missing, 0.09)), 2.0)
-        feet[side] = _foot(curves, side, -np.rad2deg(np.arcsin(heel / body.BALL[0])))
-        sink = np.maximum(sink, _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"]))
+        feet[side] = _foot(curves, side, -np.rad2deg(np.arcsin(heel / body.ball[0])), body)
+        sink = np.maximum(sink, _missing_reach(hip, feet[side][0], curves[f"{side}_foot_lift"], body))
     position[:, 1] -= smooth(_widened(sink), 2.0)
     for side in ("left", "right"):
-        _leg(rotations, pelvis, position, curves, side, *feet[side])
+        _leg(rotations, pelvis, position, curves, side, *feet[side], body)
     return rotations, position @ TO_WORLD.T
 
 
@@ -97,7 +98,7 @@ def _arm(rotations: Array, curves: Curves, side: str) -> None:
     rotations[:, JOINT[f"{side}_wrist"]] = turn("z", mirror * wrist)
 
 
-def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
+def _foot(curves: Curves, side: str, heel: Array, body: Body) -> tuple[Array, Array, Array]:
     """Ankle positions (T, 3) in SMPL's axes, rotations of the foot (T, 3, 3), bend of the toes (T,) in degrees.
 
     A foot with its toes up turns about the heel, one with its heel up about the ball, which stays where it is. The
@@ -108,28 +109,28 @@ def _foot(curves: Curves, side: str, heel: Array) -> tuple[Array, Array, Array]:
     pitch = np.maximum(pitch + heel, np.minimum(pitch, -60.0))
     angle = np.deg2rad(pitch)
     on_heel = ease(pitch, -8.0, 8.0)
-    pivot = on_heel[:, None] * body.HEEL + (1 - on_heel[:, None]) * body.BALL
+    pivot = on_heel[:, None] * body.heel + (1 - on_heel[:, None]) * body.ball
     cos, sin = np.cos(angle), np.sin(angle)
-    forward = pivot[:, 0] * (1 - cos) + pivot[:, 1] * sin - body.MIDFOOT
+    forward = pivot[:, 0] * (1 - cos) + pivot[:, 1] * sin - body.midfoot
     up = pivot[:, 1] * (1 - cos) - pivot[:, 0] * sin
     heading = np.deg2rad(yaw)
-    height = body.ANKLE_HEIGHT + up + lift + floor
+    height = body.ankle_height + up + lift + floor
     ankle = np.stack([x + forward * np.sin(heading), height, -y + forward * np.cos(heading)], -1)
     toes = np.clip(-pitch, 0.0, 50.0) * (1 - 0.8 * ease(lift, -0.02, 0.22))
     return ankle, turn("y", yaw) @ turn("x", -pitch), toes
 
 
-def _hip(pelvis: Array, position: Array, side: str) -> Array:
-    offset = body.HIP * np.array([1.0 if side == "left" else -1.0, 1.0, 1.0])
+def _hip(pelvis: Array, position: Array, side: str, body: Body) -> Array:
+    offset = body.bone("hip") * np.array([1.0 if side == "left" else -1.0, 1.0, 1.0])
     hip: Array = position + pelvis @ offset
     return hip
 
 
-def _missing_reach(hip: Array, ankle: Array, lift: Array) -> Array:
+def _missing_reach(hip: Array, ankle: Array, lift: Array, body: Body) -> Array:
     """By how much a hip is too high for its standing foot (T,), metres; zero while the foot is in the air."""
     offset = hip - ankle
     flat = np.linalg.norm(offset[:, [0, 2]], axis=-1)
-    highest = np.sqrt(np.maximum((FULL_REACH * body.HIP_TO_ANKLE) ** 2 - flat**2, 0.3**2))
+    highest = np.sqrt(np.maximum((FULL_REACH * body.leg_length) ** 2 - flat**2, 0.3**2))
     missing: Array = (1 - ease(lift, 0.0, 0.03)) * np.maximum(offset[:, 1] - highest, 0.0)
     return missing
 
@@ -149,24 +150,26 @@ def _leg(
     ankle: Array,
     foot: Array,
     toes: Array,
+    body: Body,
 ) -> None:
     """Two-bone inverse kinematics by the law of cosines; the knee is a hinge that points between hips and toes."""
-    hip = _hip(pelvis, position, side)
+    hip = _hip(pelvis, position, side, body)
     line = ankle - hip
     distance = np.linalg.norm(line, axis=-1)
     line = line / distance[:, None]
     # Near full length the leg gives way softly, so that the knee does not snap; earlier when the foot is in the air.
     air = ease(curves[f"{side}_foot_lift"], 0.0, 0.08)
-    soft, full = (0.99 - 0.08 * air) * body.HIP_TO_ANKLE, (0.9985 - 0.02 * air) * body.HIP_TO_ANKLE
+    soft, full = (0.99 - 0.08 * air) * body.leg_length, (0.9985 - 0.02 * air) * body.leg_length
     beyond = np.maximum(distance - soft, 0.0)
     distance = np.where(distance > soft, full - (full - soft) * np.exp(-beyond / (full - soft)), distance)
-    thigh, shank = np.linalg.norm(body.THIGH), np.linalg.norm(body.SHANK)
-    distance = np.maximum(distance, SHORTEST_LEG * body.HIP_TO_ANKLE)
+    upper_bone, lower_bone = body.bone("knee"), body.bone("ankle")
+    thigh, shank = np.linalg.norm(upper_bone), np.linalg.norm(lower_bone)
+    distance = np.maximum(distance, SHORTEST_LEG * body.leg_length)
     inner = np.arccos(np.clip((distance**2 - thigh**2 - shank**2) / (2 * thigh * shank), -1.0, 1.0))
     # The angle between the bones grows with flexion from the small one that the rest pose holds.
-    rest = (np.arctan2(body.SHANK[2], body.SHANK[1]) - np.arctan2(body.THIGH[2], body.THIGH[1])) % (2 * np.pi)
+    rest = (np.arctan2(lower_bone[2], lower_bone[1]) - np.arctan2(upper_bone[2], upper_bone[1])) % (2 * np.pi)
     knee = turn("x", np.rad2deg(inner - rest))
-    chain = body.THIGH + knee @ body.SHANK
+    chain = upper_bone + knee @ lower_bone
 
     mirror = 1.0 if side == "left" else -1.0
     outward = turn("y", mirror * curves[f"{side}_foot_knee"])

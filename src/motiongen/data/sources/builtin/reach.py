@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.actor import Actor, ground
 from motiongen.data.sources.builtin.curves import Array, ease
 from motiongen.data.sources.builtin.ik import solve, turn
@@ -17,8 +16,6 @@ from motiongen.motion.skeleton import JOINT
 
 PALM = 0.085
 """The middle of the palm from the wrist, metres."""
-_UPPER = float(body.skeleton().offsets[JOINT["left_elbow"]].norm())
-_LOWER = float(body.skeleton().offsets[JOINT["left_wrist"]].norm()) + PALM
 LANDMARKS = {
     "mouth": ("head", 0.015, 0.035, 0.155),
     "cheek": ("head", 0.085, 0.045, 0.105),
@@ -51,7 +48,8 @@ def side_of(actor: Actor, role: str) -> str:
 
 def planned(actor: Actor) -> Pose:
     """The body as the keys that are last in time have it."""
-    local, position = solve({channel: np.array([actor.score.last(channel)]) for channel in CHANNELS})
+    body = actor.subject.body
+    local, position = solve({channel: np.array([actor.score.last(channel)]) for channel in CHANNELS}, body)
     world, joints = forward_kinematics(torch.from_numpy(local[0]), torch.from_numpy(position[0]), body.skeleton())
     return Pose(world.numpy(), joints.numpy())
 
@@ -67,6 +65,7 @@ def landmark(actor: Actor, role: str, name: str) -> Array:
     """A place (3,) in the world on the planned body, see `LANDMARKS`."""
     joint, out, up, forward = LANDMARKS[name]
     pose, offset = planned(actor), np.array([actor.outward(side_of(actor, role)) * out, up, forward])
+    offset *= actor.subject.body.stature
     place: Array = pose.joints[JOINT[joint]] + pose.rotations[JOINT[joint]] @ offset
     return place
 
@@ -85,7 +84,9 @@ def hand(actor: Actor, time: float, role: str, place: Array, elbow: tuple[float,
     """
     side = side_of(actor, role)
     mirror = actor.outward(side)
-    pose, offsets = planned(actor), body.skeleton().offsets.numpy().astype(float)
+    pose, body = planned(actor), actor.subject.body
+    offsets = body.skeleton().offsets.numpy().astype(float)
+    bones = (float(np.linalg.norm(body.bone("elbow"))), float(np.linalg.norm(body.bone("wrist"))) + PALM)
     chest = pose.rotations[JOINT["spine3"]].T
     target = chest @ (place - pose.joints[JOINT["spine3"]])
     pole = np.array([mirror * elbow[0], -1.0, elbow[1]])
@@ -93,7 +94,7 @@ def hand(actor: Actor, time: float, role: str, place: Array, elbow: tuple[float,
     for _ in range(6):
         collar = turn("y", np.array(-mirror * reach)) @ turn("z", np.array(mirror * lift))
         shoulder = offsets[JOINT[f"{side}_collar"]] + collar @ offsets[JOINT[f"{side}_shoulder"]]
-        upper, lower, bend = _two_bones(collar.T @ (target - shoulder), collar.T @ pole)
+        upper, lower, bend = _two_bones(bones, collar.T @ (target - shoulder), collar.T @ pole)
         flex = np.arctan2(upper[2], -upper[1])
         away = np.arcsin(np.clip(mirror * upper[0], -1.0, 1.0))
         abduct = np.rad2deg(away) + lift
@@ -106,15 +107,16 @@ def hand(actor: Actor, time: float, role: str, place: Array, elbow: tuple[float,
         actor.score.key(time, f"{side}_{name}", float(value))
 
 
-def _two_bones(target: Array, pole: Array) -> tuple[Array, Array, float]:
+def _two_bones(bones: tuple[float, float], target: Array, pole: Array) -> tuple[Array, Array, float]:
     """Directions (3,) of upper arm and forearm that reach from the shoulder to a target, and the elbow's degrees."""
+    above, below = bones
     length = float(np.linalg.norm(target))
     line = target / length
-    length = float(np.clip(length, abs(_UPPER - _LOWER) + 0.06, 0.995 * (_UPPER + _LOWER)))
+    length = float(np.clip(length, abs(above - below) + 0.06, 0.995 * (above + below)))
     across = pole - (pole @ line) * line
     across /= np.linalg.norm(across)
-    cosine = (_UPPER**2 + length**2 - _LOWER**2) / (2 * _UPPER * length)
+    cosine = (above**2 + length**2 - below**2) / (2 * above * length)
     upper = cosine * line + np.sqrt(max(1 - cosine**2, 0.0)) * across
-    lower = (length * line - _UPPER * upper) / _LOWER
-    bend = np.arccos(np.clip((length**2 - _UPPER**2 - _LOWER**2) / (2 * _UPPER * _LOWER), -1.0, 1.0))
+    lower = (length * line - above * upper) / below
+    bend = np.arccos(np.clip((length**2 - above**2 - below**2) / (2 * above * below), -1.0, 1.0))
     return upper, lower, float(np.rad2deg(bend))

@@ -100,4 +100,4 @@ def act(tags: tuple[str, ...]) -> Act:
 
 
 REPERTOIRES: dict[str, Callable[[], Repertoire]] = {"basic": lambda: basic, "babel_mag": babel_mag}
-"""Each makes what draws the sessions of one corpus, in order."""
+"""Each makes what draws the sessions of a block, in order."""

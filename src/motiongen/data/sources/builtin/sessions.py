@@ -9,6 +9,7 @@ from motiongen.data.clips import Segment, Sequence
 from motiongen.data.sources.builtin.actions.locomotion import gait
 from motiongen.data.sources.builtin.actions.states import be_seated
 from motiongen.data.sources.builtin.actor import Actor
+from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.curves import Array, slow_noise
 from motiongen.data.sources.builtin.ik import solve
 from motiongen.data.sources.builtin.repertoire import SEATED, Act, Repertoire
@@ -38,7 +39,9 @@ def session(name: str, subject: Subject, generator: np.random.Generator, reperto
         start = stop
     curves = actor.score.read(start)
     _breathe(curves, subject, generator)
-    rotations, translation = solve(curves)
+    rotations, translation = solve(curves, subject.body)
+    # As recordings of different people come onto one body: by leg length, so that feet stay where they stand.
+    translation *= MEAN.leg_length / subject.body.leg_length
     features = pack(torch.from_numpy(rotations), torch.from_numpy(translation)).float()
     return Sequence(name, name, features, tuple(segments))
 

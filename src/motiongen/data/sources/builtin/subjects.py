@@ -1,10 +1,12 @@
-"""The people of the corpus: one body, different ways to move it."""
+"""The people of the corpus: their bodies and the ways in which they move them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+
+from motiongen.data.sources.builtin.body import Body
 
 
 @dataclass(frozen=True)
@@ -33,12 +35,19 @@ class Subject:
     restless: float
     chin: float
     """Bend of the head at rest, positive looks down."""
+    body: Body
 
 
-def cast(seed: int, count: int) -> tuple[Subject, ...]:
+def cast(seed: int, count: int, body_spread: float = 0.0) -> tuple[Subject, ...]:
     """Draw `count` people; every fourth is left-handed.
 
-    Tempo, amplitude and posture are stratified, so that a small cast still spans them.
+    Tempo, amplitude, posture and body are stratified, so that a small cast still spans them.
+
+    Args:
+        seed: of the draw.
+        count: of people.
+        body_spread: the share by which the longest and the shortest differ from the mean body, in stature and in the
+            proportions of trunk, shoulders and arms. The way in which people move does not depend on it.
     """
     generator = np.random.default_rng([seed, 1])
 
@@ -62,10 +71,12 @@ def cast(seed: int, count: int) -> tuple[Subject, ...]:
         "restless": spread(0.6, 1.4),
         "chin": spread(-3.0, 6.0),
     }
+    shapes = [spread(1 - body_spread, 1 + body_spread) for _ in range(4)]
     return tuple(
         Subject(
             name=f"subject_{index:02d}",
             right_handed=index % 4 != 3,
+            body=Body(*(shape[index] for shape in shapes)),
             **{trait: values[index] for trait, values in traits.items()},
         )
         for index in range(count)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiongen.data.sources.builtin import body
 from motiongen.data.sources.builtin.actor import Actor, ground
 
 
@@ -220,9 +219,11 @@ def kick(actor: Actor) -> None:
     actor.pose(lifted, {"weak_flex": 34.0, "weak_abduct": 22.0, "weak_elbow": 84.0, "weak_rotate": 22.0})
     hit = lifted + snap
     # The leg ends almost straight: the foot is put at 96 % of its length from the hip.
-    below = actor.standing + body.HIP[1] - body.ANKLE_HEIGHT - height
-    place(hit, 0.02 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height, -6.0)
-    place(hit + 0.07, 0.01 + np.sqrt((0.96 * body.HIP_TO_ANKLE) ** 2 - below**2), 0.05, height - 0.01, -8.0)
+    body = actor.subject.body
+    below = actor.standing + body.bone("hip")[1] - body.ankle_height - height
+    ahead = np.sqrt((0.96 * body.leg_length) ** 2 - below**2)
+    place(hit, 0.02 + ahead, 0.05, height, -6.0)
+    place(hit + 0.07, 0.01 + ahead, 0.05, height - 0.01, -8.0)
     actor.move(hit, support, forward=0.05, height=-0.012)
     actor.pose(hit, {"pelvis_pitch": -20.0 * lean, "spine_pitch": 5.0, "pelvis_twist": 13.0, "spine_twist": -18.0})
     actor.pose(hit, {"strong_flex": -26.0, "strong_abduct": 32.0, "strong_elbow": 44.0})
