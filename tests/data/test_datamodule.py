@@ -29,6 +29,7 @@ def data(
     random_length: bool = False,
     hidden_labels: float = 0.0,
     train_frames: int | None = None,
+    workers: int = 0,
 ) -> MotionData:
     return MotionData(
         source=ListedSource(ROWS, frozenset({"walk"})),
@@ -42,6 +43,7 @@ def data(
         random_length=random_length,
         hidden_labels=hidden_labels,
         train_frames=train_frames,
+        workers=workers,
     )
 
 
@@ -62,6 +64,10 @@ def test_an_epoch_depends_on_seed_and_epoch_only(tmp_path: Path) -> None:
     assert same(epoch, list(again.train_batches(3)))
     assert not same(epoch, list(first.train_batches(4)))
     assert not same(epoch, list(data(tmp_path, seed=1).train_batches(3)))
+
+
+def test_batches_do_not_depend_on_the_processes_that_make_them(tmp_path: Path) -> None:
+    assert same(list(data(tmp_path).train_batches(3)), list(data(tmp_path, workers=2).train_batches(3)))
 
 
 def test_batches_leave_the_global_generator_alone(tmp_path: Path) -> None:

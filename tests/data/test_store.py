@@ -4,6 +4,7 @@ import json
 import logging
 import multiprocessing
 import os
+import pickle
 import signal
 import time
 from collections.abc import Iterator
@@ -172,3 +173,10 @@ def test_a_source_that_breaks_its_promise_leaves_nothing_behind(
 def test_an_empty_source_is_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="listed: no sequences"):
         ClipStore.open(ListedSource([]), tmp_path)
+
+
+def test_a_process_that_gets_a_store_does_not_get_its_frames(tmp_path: Path) -> None:
+    store = ClipStore.open(ListedSource([session("long", [(0, 9000, "walk")], 9000)]), tmp_path)
+    sent = pickle.dumps(store)
+    assert len(sent) < 10_000
+    assert torch.equal(pickle.loads(sent).features(0), store.features(0))

@@ -44,7 +44,7 @@ class MotionData:
 
     Damaged parts of the source are left out, unless they are more than the share `max_rejected`. A source that was not
     prepared yet is read by `prepare_workers` processes: 0 reads in this one, None takes one for every thread that
-    PyTorch may use if it is going to take long.
+    PyTorch may use if it is going to take long. Training batches are made by `workers` processes, or in this one.
 
     Raises:
         InputError: `max_frames` below `min_frames`, or `train_frames` not between the two.
@@ -74,6 +74,7 @@ class MotionData:
         hidden_labels: Share = 0.0,
         max_rejected: Share = MAX_REJECTED,
         prepare_workers: Annotated[int, Range(0)] | None = None,
+        workers: Annotated[int, Range(0)] = 0,
     ) -> None:
         if max_frames < min_frames:
             raise InputError(f"data.max_frames ({max_frames}) is below data.min_frames ({min_frames})")
@@ -102,6 +103,7 @@ class MotionData:
         self._shortest = min_frames if random_length else None
         self._beginnings = beginnings
         self._transitions = transitions
+        self._workers = workers
         self._hidden = without_labels(self.store, self.split, hidden_labels, split_seed)
 
     @property
@@ -152,7 +154,8 @@ class MotionData:
         joined = np.flatnonzero(draw.random(len(windows)) < self._transitions).tolist()
         transitions = {index: draw_transition(self.split.train, draw) for index in joined}
         dataset = MotionDataset(self.store, self.tags, windows, self._hidden, transitions)
-        return _loader(dataset, bucketed([len(clip) for clip in windows], self._batch_size, rng))
+        batches = bucketed([len(clip) for clip in windows], self._batch_size, rng)
+        return _loader(dataset, batches, self._workers)
 
     def test_batches(self, batch_size: int) -> DataLoader[Item]:
         """All test windows, the shortest first, in the same batches every time."""
@@ -224,6 +227,8 @@ def _in_order(items: MotionDataset, order: Ordered[int], batch_size: int) -> Dat
     return _loader(items, [list(order[start : start + batch_size]) for start in range(0, len(order), batch_size)])
 
 
-def _loader(items: MotionDataset, batches: list[list[int]]) -> DataLoader[Item]:
+def _loader(items: MotionDataset, batches: list[list[int]], workers: int = 0) -> DataLoader[Item]:
     # A generator of its own keeps the loader from drawing on torch's global one, which training's noise may use.
-    return DataLoader(items, batch_sampler=batches, collate_fn=collate, generator=torch.Generator())
+    return DataLoader(
+        items, batch_sampler=batches, collate_fn=collate, generator=torch.Generator(), num_workers=workers
+    )

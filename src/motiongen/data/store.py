@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 from filelock import FileLock
+from numpy.typing import NDArray
 from rich.progress import Progress
 from torch import Tensor
 
@@ -67,7 +68,7 @@ class ClipStore:
                 raise DamagedStore(f"format {index['format']} instead of {FORMAT}")
             if _sha256(folder / FEATURES_FILE) != index["sha256"]:
                 raise DamagedStore("features.npy is not what was written")
-            self._frames = np.load(folder / FEATURES_FILE, mmap_mode="r", allow_pickle=False)
+            self._frames = _mapped(folder)
             self.fingerprint: str = index["fingerprint"]
             self.skeleton = Skeleton(torch.tensor(index["skeleton"], dtype=torch.float32))
             self.root_tags: frozenset[str] = frozenset(index["root_tags"])
@@ -120,6 +121,14 @@ class ClipStore:
             store.was_made = True
             return store
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the frames, which a process that gets the store maps by itself."""
+        return {name: value for name, value in self.__dict__.items() if name != "_frames"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._frames = _mapped(self.folder)
+
     def features(self, index: int, start: int = 0, stop: int | None = None) -> Tensor:
         """A copy of frames [start, stop) of a sequence, (T, 135) float32; all of them by default."""
         sequence = self.sequences[index]
@@ -127,6 +136,11 @@ class ClipStore:
         if not 0 <= start <= stop <= sequence.length:
             raise IndexError(f"frames {start} to {stop} of {sequence.name}, which has {sequence.length}")
         return torch.from_numpy(np.array(self._frames[sequence.first + start : sequence.first + stop]))
+
+
+def _mapped(folder: Path) -> NDArray[np.float32]:
+    frames: NDArray[np.float32] = np.load(folder / FEATURES_FILE, mmap_mode="r", allow_pickle=False)
+    return frames
 
 
 def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float, workers: int | None) -> None:
