@@ -15,7 +15,7 @@ from motiongen.data.clips import DataError, Job, Sequence
 from motiongen.errors import InputError
 
 TIMED = 5
-"""Parts that are read before it is said how long the rest will take."""
+"""Parts that are read before it is said how long the rest will take, or fewer that take long."""
 LONG = 10.0
 """Seconds from which on processes are worth their start."""
 _KILLED = re.compile(r"DataLoader worker .* (killed by signal|exited unexpectedly)")
@@ -50,13 +50,14 @@ def readings(
             as PyTorch may use threads, where the first parts show that the rest will take long.
         announce: is told, after the first parts, how many seconds the rest will take.
     """
-    started = time.monotonic()
-    first, rest = jobs[:TIMED], jobs[TIMED:]
-    for job in first:
-        yield job, _read(job)
+    started, done = time.monotonic(), 0
+    while done < min(TIMED, len(jobs)) and time.monotonic() - started < LONG:
+        yield jobs[done], _read(jobs[done])
+        done += 1
+    rest = jobs[done:]
     if not rest:
         return
-    seconds = (time.monotonic() - started) / TIMED * len(rest)
+    seconds = (time.monotonic() - started) / done * len(rest)
     if workers is None:
         threads = torch.get_num_threads()
         workers = threads if threads > 1 and seconds > LONG else 0

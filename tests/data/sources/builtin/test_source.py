@@ -82,12 +82,12 @@ def test_settings_out_of_range_are_named(settings: dict[str, Any]) -> None:
 
 
 def test_blocks_are_made_by_themselves(corpus: tuple[Sequence, ...]) -> None:
-    source = BuiltinSource()
-    jobs = source.jobs()
+    jobs = BuiltinSource(sessions=BLOCK + 2).jobs()
     assert len(jobs) == 2
     last = list(jobs[1].read())
-    assert [sequence.name for sequence in last] == [f"session_{index:03d}" for index in range(BLOCK, len(source))]
-    assert all(torch.equal(one.features, other.features) for one, other in zip(last, corpus[BLOCK:], strict=True))
+    assert [sequence.name for sequence in last] == [f"session_{BLOCK + index:03d}" for index in range(2)]
+    names = [sequence.name for sequence in BuiltinSource(sessions=BLOCK + 2).jobs()[0].read()]
+    assert names[: len(corpus)] == [sequence.name for sequence in corpus]
 
 
 def test_an_unknown_repertoire_is_named() -> None:

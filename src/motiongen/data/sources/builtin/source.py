@@ -22,8 +22,8 @@ from motiongen.options import PositiveInt, Range
 
 MOST_SPREAD = 0.1
 """Actions are written for people of whom nobody differs more from the mean."""
-BLOCK = 60
-"""Sessions that are made one after another, half an hour of motion; blocks do not depend on each other."""
+BLOCK = 120
+"""Sessions that are made one after another, an hour of motion; blocks do not depend on each other."""
 
 
 class BuiltinSource:
