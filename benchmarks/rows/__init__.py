@@ -11,6 +11,8 @@ ROWS = (
     "training_input",
     "command_line",
     "lengths",
+    "data_size",
     "long_motion",
+    "evaluation_set",
     "profiles",
 )

@@ -16,7 +16,7 @@ from benchmarks.results import Comparison, Figure, InexactError
 from benchmarks.rows import ROWS
 
 QUICK = Effort(quick=True)
-ALONE = {"training_input", "command_line", "lengths", "long_motion", "profiles"}
+ALONE = {"training_input", "command_line", "lengths", "data_size", "long_motion", "evaluation_set", "profiles"}
 """Rows without a reference."""
 
 

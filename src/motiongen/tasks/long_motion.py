@@ -50,7 +50,7 @@ def run(config: DictConfig) -> None:
         corrections: dict[str, Correction] = {name: instantiate(one) for name, one in config.corrections.items()}
         settings = [one for one in (config.recognizer, config.second_recognizer) if one is not None]
         recognizers = [obtain_recognizer(one, data, Path(config.cache)) for one in settings]
-        stage = _Stage.of(data, protocol, recognizers, config.evaluation)
+        stage = Stage.of(data, protocol, recognizers, config.evaluation)
         for kind in protocol.kinds:
             groups = {
                 f"{composition}, {correction}": [f"{name}, {correction}" for name in names]
@@ -62,7 +62,7 @@ def run(config: DictConfig) -> None:
 
 
 @dataclass(frozen=True)
-class _Stage:
+class Stage:
     """What all systems are judged on."""
 
     data: MotionData
@@ -83,7 +83,7 @@ class _Stage:
         protocol: SequenceProtocol,
         recognizers: Sequence[TrainedRecognizer],
         evaluation: DictConfig,
-    ) -> _Stage:
+    ) -> Stage:
         batches = list(data.test_batches(evaluation.batch_size))
         judges = [Judge.of(one.recognizer, data, batches, evaluation.frozen_speed) for one in recognizers]
         longest = max(batch.motion.shape[1] for batch in batches)
