@@ -7,10 +7,10 @@ import multiprocessing
 import os
 import pickle
 import signal
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import torch
@@ -229,28 +229,27 @@ def test_a_fault_of_the_source_itself_is_not_taken_for_a_lost_process(tmp_path: 
     assert not isinstance(caught.value, LostReader)
 
 
+@pytest.mark.parametrize(("threads", "processes", "seconds"), [(1, 1, 18.0), (2, 3, 9.0)])
 def test_what_takes_long_is_read_by_as_many_processes_as_there_are_threads(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, threads: int, processes: int, seconds: float
 ) -> None:
-    pids = tmp_path / "pids"
+    pids, clock = tmp_path / "pids", [0.0]
 
     def read_slowly(sequence: Sequence) -> Iterator[Sequence]:
         with pids.open("a") as file:
             file.write(f"{os.getpid()}\n")
-        time.sleep(0.05)
+        clock[0] += 3.0
         yield sequence
 
-    jobs = [Job(one.name, (), partial(read_slowly, one)) for one in SESSIONS]
+    monkeypatch.setattr("motiongen.data.reading.time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(torch, "get_num_threads", lambda: threads)
     told: list[float] = []
-    monkeypatch.setattr("motiongen.data.reading.LONG", 0.1)
-    for threads, processes in ((1, 1), (2, 3)):
-        pids.unlink(missing_ok=True)
-        monkeypatch.setattr(torch, "get_num_threads", lambda threads=threads: threads)
-        names = [next(iter(sequences)).name for _, sequences in readings(jobs, None, told.append)]
-        assert names == [one.name for one in SESSIONS]
-        assert len(set(read(pids))) == processes
-    assert told[0] == pytest.approx(0.25, rel=0.5)
-    assert told[1] == pytest.approx(0.125, rel=0.5)
+    jobs = [Job(one.name, (), partial(read_slowly, one)) for one in SESSIONS]
+    names = [next(iter(sequences)).name for _, sequences in readings(jobs, None, told.append)]
+    assert names == [one.name for one in SESSIONS]
+    # Four parts took more than ten seconds; the other six take as long each.
+    assert told == [seconds]
+    assert len(set(read(pids))) == processes
 
 
 def test_parts_can_be_handed_to_processes_that_share_nothing(tmp_path: Path) -> None:
