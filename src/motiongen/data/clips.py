@@ -87,5 +87,10 @@ class Divisible(Protocol):
     """A source that offers its parts: damaged ones are left out, and a preparation that was broken off goes on."""
 
     def jobs(self) -> list[Job]:
-        """The parts, whose sequences one after another are `Source.sequences()`."""
+        """The parts."""
         ...
+
+    def sequences(self) -> Iterator[Sequence]:
+        """Those of all parts, one after another."""
+        for job in self.jobs():
+            yield from job.read()

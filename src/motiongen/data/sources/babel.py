@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
 
-from motiongen.data.clips import DataError, Job, Segment, Sequence, Side
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence, Side
 from motiongen.data.roots import check_root
 from motiongen.data.sources import babel_mag
 from motiongen.data.sources.amass import People, checksums, read_amass
@@ -56,7 +56,7 @@ class _Recording:
     segments: tuple[Segment, ...]
 
 
-class Babel:
+class Babel(Divisible):
     """A folder with `babel_v1.0_release/` (https://babel.is.tue.mpg.de) and `amass/` (https://amass.is.tue.mpg.de).
 
     Of BABEL's files `train.json` and `val.json` are needed, `extra_train.json` and `extra_val.json` read if they are
@@ -114,10 +114,6 @@ class Babel:
 
     def __len__(self) -> int:
         return len(self._kept)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for job in self.jobs():
-            yield from job.read()
 
     def jobs(self) -> list[Job]:
         return [Job(self._name(one), (one.path,), partial(self._read, one)) for one in self._kept]

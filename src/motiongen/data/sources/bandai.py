@@ -14,7 +14,7 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Job, Segment, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import Bvh, read_bvh
 from motiongen.data.sources.files import digest, read_json, read_table, required
@@ -41,7 +41,7 @@ class _Clip:
     group: str
 
 
-class BandaiNamco:
+class BandaiNamco(Divisible):
     """The data set's folder with `smpl22_mapping.json` and `clip_notes.csv` beside its two parts.
 
     Raises:
@@ -74,10 +74,6 @@ class BandaiNamco:
 
     def __len__(self) -> int:
         return len(self._clips)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for clip in self._clips:
-            yield from self._read(clip)
 
     def jobs(self) -> list[Job]:
         return [Job(clip.path.stem, (clip.path,), partial(self._read, clip)) for clip in self._clips]

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Job, Segment, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.sources.bvh import Bvh, read_bvh
 from motiongen.data.sources.bvh_rig import Rig, Up, guess_rig, read_mapping, write_mapping
 from motiongen.data.sources.labelled_files import LabelledFiles
@@ -30,7 +30,7 @@ NECK, HEAD = JOINT["neck"], JOINT["head"]
 _log = logging.getLogger(__name__)
 
 
-class BvhFolder:
+class BvhFolder(Divisible):
     """BVH files below a folder, each a sequence of one action.
 
     Rotations are kept; positions are scaled by leg length to the mean shape, so that all feet stand on one floor.
@@ -81,10 +81,6 @@ class BvhFolder:
 
     def __len__(self) -> int:
         return len(self._files.paths)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for job in self.jobs():
-            yield from job.read()
 
     def jobs(self) -> list[Job]:
         return self._files.jobs(self._read)

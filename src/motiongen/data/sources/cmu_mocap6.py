@@ -12,7 +12,7 @@ import roma
 import torch
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Job, Segment, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.amc import read_amc
 from motiongen.data.sources.files import digest, read_json, read_text, required
@@ -53,7 +53,7 @@ class _Rest:
     skeleton: Skeleton
 
 
-class CmuMocap6:
+class CmuMocap6(Divisible):
     """The data set's folder: `amc/`, `truelabels/` and `skeleton.json`.
 
     Both subjects' rotations are kept, and their positions scaled by leg length to the mean of both skeletons, so that
@@ -94,10 +94,6 @@ class CmuMocap6:
 
     def __len__(self) -> int:
         return len(self._names)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for name in self._names:
-            yield from self._read(name)
 
     def jobs(self) -> list[Job]:
         return [

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from motiongen.data.clips import DataError, Job, Segment, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.arrays import per_frame, read_plain_pickle
 from motiongen.data.sources.camera import upright, vibe_pelvis
@@ -39,7 +39,7 @@ TAGS = {
 }
 
 
-class Ntu13:
+class Ntu13(Divisible):
     """The folder with `ntu_vibe_list.txt` and the joblib files that it lists; no longer distributed.
 
     The number after `A` in a file's name is its action. Files of one performer (the number after `P`) stay on one side
@@ -71,10 +71,6 @@ class Ntu13:
 
     def __len__(self) -> int:
         return len(self._files)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for job in self.jobs():
-            yield from job.read()
 
     def jobs(self) -> list[Job]:
         return [Job(self._name(file), (file,), partial(self._read, file)) for file in self._files]

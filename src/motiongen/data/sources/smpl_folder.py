@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from motiongen.data.clips import Job, Segment, Sequence
+from motiongen.data.clips import Divisible, Job, Segment, Sequence
 from motiongen.data.sources.amass import People, read_amass
 from motiongen.data.sources.labelled_files import LabelledFiles
 from motiongen.motion.skeleton import Skeleton
@@ -16,7 +16,7 @@ SHAPES = ("shape.npz", "*_stagei.npz")
 """Files of AMASS that describe a person and do not move."""
 
 
-class SmplFolder:
+class SmplFolder(Divisible):
     """NPZ files below a folder, each a sequence of one action: exports of fitting tools, or a part of AMASS.
 
     A file has `poses` (T, 66 or more), or `root_orient` (T, 3) and `pose_body` (T, 63), in radians, `trans` (T, 3) in
@@ -51,10 +51,6 @@ class SmplFolder:
 
     def __len__(self) -> int:
         return len(self._files.paths)
-
-    def sequences(self) -> Iterator[Sequence]:
-        for job in self.jobs():
-            yield from job.read()
 
     def jobs(self) -> list[Job]:
         return self._files.jobs(self._read)

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from motiongen.data.clips import DataError, Job, Sequence
+from motiongen.data.clips import DataError, Divisible, Job, Sequence
 from motiongen.data.sources.builtin.babel_mag import ROOT_TAGS
 from motiongen.data.sources.builtin.body import MEAN
 from motiongen.data.sources.builtin.repertoire import REPERTOIRES
@@ -26,7 +26,7 @@ BLOCK = 120
 """Sessions that are made one after another, an hour of motion; blocks do not depend on each other."""
 
 
-class BuiltinSource:
+class BuiltinSource(Divisible):
     """Procedural human motion, made from a seed: no files, no licence.
 
     Args:
@@ -79,10 +79,6 @@ class BuiltinSource:
 
     def __len__(self) -> int:
         return self._sessions
-
-    def sequences(self) -> Iterator[Sequence]:
-        for job in self.jobs():
-            yield from job.read()
 
     def jobs(self) -> list[Job]:
         """Blocks of sessions; in each of them, rare tags come about as often as they should."""
