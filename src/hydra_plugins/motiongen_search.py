@@ -22,7 +22,8 @@ class OptunaSearch(Sweeper):
     Args:
         name: of the search.
         storage: a journal file, or a database's address such as sqlite:///search.db.
-        objectives: metric to `minimize` or `maximize`; of several, the Pareto set is kept.
+        objectives: metric to `minimize` or `maximize`, the lowest FID if there are none; of several, the Pareto set is
+            kept.
         space: key or group to a sweep, as `motiongen.search.space` reads them.
         bundles: name to options, each a list of overrides that go together.
         sampler: of Optuna.
@@ -46,7 +47,8 @@ class OptunaSearch(Sweeper):
         jobs: int,
         prune: bool,
     ) -> None:
-        self.name, self.storage, self.objectives = name, storage, dict(objectives)
+        self.name, self.storage = name, storage
+        self.objectives = dict(objectives) or {"fid": "minimize"}
         self.space, self.bundles, self.sampler = dict(space), _plain(bundles), sampler
         self.trials, self.hours, self.jobs, self.prune = trials, hours, jobs, prune
 

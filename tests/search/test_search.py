@@ -15,7 +15,7 @@ from optuna.trial import TrialState
 from motiongen.errors import InputError
 from motiongen.search import storage
 from motiongen.search.naming import trial_folder
-from motiongen.search.objectives import ObjectiveError
+from motiongen.search.objectives import ObjectiveError, measured
 from motiongen.search.report import write_report
 from motiongen.search.search import OVERRIDES, REASON, REFUSED, Asked, Budget, Search, spent
 from motiongen.search.space import Space
@@ -161,6 +161,13 @@ def test_a_locked_database_is_waited_for_and_then_named_and_nothing_is_lost(
     other.close()
     own.tell(one.number, None)
     assert own.trials()[0].values == [1.0, 0.5]
+
+
+def test_an_objective_that_the_task_does_not_measure_is_named(tmp_path: Path) -> None:
+    (tmp_path / "summary.json").write_text(json.dumps({"recognizer": {"test_accuracy": 0.9}}))
+    assert measured(tmp_path, ["recognizer_accuracy"]) == [0.9]
+    with pytest.raises(ObjectiveError, match=r"summary\.json: fid was not measured by this task"):
+        measured(tmp_path, ["fid"])
 
 
 def test_wrong_settings_are_named(tmp_path: Path, worker: Worker) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -110,6 +111,17 @@ def test_a_search_goes_on_where_it_stopped(tmp_path: Path) -> None:
     folder = tmp_path / "runs" / "search" / "test"
     assert {path.name for path in folder.glob("trial-*")} == {"trial-0000", "trial-0001"}
     assert len((folder / "trials.csv").read_text().splitlines()) == 3
+
+
+def test_the_settings_of_a_recognizer_are_chosen_on_held_out_clips(tmp_path: Path) -> None:
+    line = ["-m", "task=train_recognizer", "+search=recognizer", "recognizer=gru", "hydra.sweeper.trials=2", *SMALL]
+    done = motiongen(tmp_path, *line)
+    assert done.returncode == 0, done.stderr
+    assert "The best on the held-out clips, by recognizer_accuracy (maximize):" in done.stdout
+    summaries = sorted((tmp_path / "runs" / "search" / "recognizer_gru").glob("trial-*/summary.json"))
+    found = [json.loads(path.read_bytes())["recognizer"]["test_accuracy"] for path in summaries]
+    rows = (tmp_path / "runs" / "search" / "recognizer_gru" / "trials.csv").read_text().splitlines()[1:]
+    assert [float(row.split(",")[2]) for row in rows] == found
 
 
 def test_a_search_names_what_is_wrong_before_it_trains(tmp_path: Path) -> None:

@@ -103,11 +103,13 @@ def _identity(sweeper: OptunaSearch, number: int) -> list[str]:
 
 
 def why_not(config: DictConfig) -> str | None:
-    """Why a composition cannot be trained; None where it can be built."""
+    """Why a trial cannot run; None where its options are right and its composition, if it has one, can be built."""
     try:
-        if problems := problems_in(config, TASKS["train"].reads):
+        reads = TASKS[config.task.name].reads
+        if problems := problems_in(config, reads):
             return problems[0].splitlines()[0]
-        instantiate(config.generator)(features=FEATURES, tags=TAGS, initial_frames=INITIAL_FRAMES, styles=0)
+        if "generator" in reads:
+            instantiate(config.generator)(features=FEATURES, tags=TAGS, initial_frames=INITIAL_FRAMES, styles=0)
     except Exception as error:
         if cause := input_error(error):
             return str(cause)

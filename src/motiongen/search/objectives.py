@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from motiongen.errors import InputError
 from motiongen.evaluation.table import FURTHER, HEADINGS
@@ -16,7 +17,9 @@ from motiongen.suggestions import did_you_mean
 from motiongen.tracking.summary import LATENCY
 
 DIRECTIONS = ("minimize", "maximize")
-KNOWN = (*HEADINGS, *FURTHER, LATENCY)
+RECOGNIZER_ACCURACY = "recognizer_accuracy"
+"""Of `task=train_recognizer`: the share of the held-out clips that the recognizer knows."""
+KNOWN = (*HEADINGS, *FURTHER, LATENCY, RECOGNIZER_ACCURACY)
 
 
 class ObjectiveError(InputError):
@@ -47,11 +50,21 @@ def measured(folder: Path, objectives: Sequence[str]) -> list[float] | None:
     if not path.is_file():
         return None
     summary = json.loads(path.read_bytes())
-    metrics = summary["evaluation"]["systems"][GENERATED]["metrics"]
     values = []
     for name in objectives:
-        value = summary.get(LATENCY) if name == LATENCY else metrics[name]["mean"]
+        try:
+            value = _value(summary, name)
+        except (KeyError, TypeError) as error:
+            raise ObjectiveError(f"{path}: {name} was not measured by this task") from error
         if value is None or not math.isfinite(value):
             raise ObjectiveError(f"{path}: {name} is not a number")
         values.append(float(value))
     return values
+
+
+def _value(summary: Mapping[str, Any], name: str) -> Any:
+    if name == LATENCY:
+        return summary[LATENCY]
+    if name == RECOGNIZER_ACCURACY:
+        return summary["recognizer"]["test_accuracy"]
+    return summary["evaluation"]["systems"][GENERATED]["metrics"][name]["mean"]

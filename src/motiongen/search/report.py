@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from motiongen.evaluation.table import markdown
 from motiongen.files import replacing
+from motiongen.search.objectives import RECOGNIZER_ACCURACY
 from motiongen.search.search import OVERRIDES, REASON, REFUSED, Search
 
 if TYPE_CHECKING:
@@ -51,6 +52,16 @@ def write_report(search: Search, base: Sequence[str]) -> list[Path]:
     return paths
 
 
+def _afterwards(search: Search, overrides: str) -> list[str]:
+    """How to go on with the best."""
+    if RECOGNIZER_ACCURACY in search.objectives:
+        return ["The first of them, judged on the test clips:", f"    python -m motiongen {overrides}"]
+    return [
+        "The first of them with three seeds, judged on the test clips:",
+        f"    python -m motiongen -m {overrides} seed=0,1,2",
+    ]
+
+
 def report(search: Search, trials: Sequence[FrozenTrial], base: Sequence[str]) -> str:
     """The counts, the best trials, and the command that trains one of them again with several seeds."""
     counts = dict.fromkeys(("complete", "pruned", "fail", "running", "waiting"), 0)
@@ -77,8 +88,7 @@ def report(search: Search, trials: Sequence[FrozenTrial], base: Sequence[str]) -
         parts += [
             f"{kind} on the held-out clips, by {', '.join(f'{n} ({d})' for n, d in search.objectives.items())}:",
             markdown(rows),
-            "The first of them with three seeds, judged on the test clips:",
-            f"    python -m motiongen -m {again} seed=0,1,2",
+            *_afterwards(search, again),
         ]
     if failed:
         parts.append("\n".join(f"- trial {one.number} failed: {_line(one.user_attrs[REASON])}" for one in failed))
