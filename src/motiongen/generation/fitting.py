@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from motiongen.contracts import MotionBatch
 from motiongen.data.datamodule import MotionData
+from motiongen.generation.divergence import StopDivergence
 from motiongen.generation.lightning import TrainingShell
 from motiongen.runs import CHECKPOINT
 from motiongen.tracking.tracker import Tracker
@@ -75,6 +76,9 @@ def fit(
         tracker: gets the loss terms of every epoch.
         callbacks: further ones.
         resume: continue from `last.ckpt`, to the same weights as an uninterrupted run.
+
+    Raises:
+        Diverged: the loss is no number any more, or far above that of the first epoch.
     """
     checkpoint = ModelCheckpoint(
         dirpath=folder,
@@ -84,7 +88,7 @@ def fit(
         every_n_epochs=1,
     )
     options: dict[str, Any] = {
-        "callbacks": [ReportLosses(tracker), RunProgress(), checkpoint, *callbacks],
+        "callbacks": [ReportLosses(tracker), RunProgress(), StopDivergence(), checkpoint, *callbacks],
         "logger": False,
         "enable_progress_bar": False,
         "enable_model_summary": False,
