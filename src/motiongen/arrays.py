@@ -22,7 +22,8 @@ def read_npz(path: Path, names: Collection[str] | None = None) -> dict[str, NDAr
         names: which arrays are wanted; all by default. Those that are not there are left out.
 
     Raises:
-        ValueError: not an NPZ file, damaged, or with an array that is larger than LARGEST or than its file.
+        ValueError: not an NPZ file, damaged, or with an array that is larger than LARGEST or of another size than it
+            claims.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -42,7 +43,7 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray[Any]:
         read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, _, dtype = read(file)
         size = dtype.itemsize * int(np.prod(shape, dtype=object))
-        if dtype.hasobject or not 0 <= size <= info.file_size:
+        if dtype.hasobject or size != info.file_size - file.tell():
             raise ValueError(f"{info.filename} claims {shape} of {dtype} in {info.file_size} bytes")
     with archive.open(info) as file:
         array: NDArray[Any] = np.lib.format.read_array(file, allow_pickle=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ LONGEST_RUN_NAME = 120
 SHOWN_ELSEWHERE = {
     *("task", "experiment", "name", "data", "scale", "seed"),
     *("tracker", "cache", "run", "runs", "motions", "resume", "init", "data.source.root", "formats"),
-    *("search", "study", "reuse", "retry_failed"),
+    *("search", "study", "reuse", "retry_failed", "trust"),
 }
 """Overrides that a run name shows in a place of their own, that are folders, or that change nothing about what runs."""
 OF_LONG_MOTION = ("sequences", "corrections", "correction@")
@@ -155,22 +155,24 @@ def current_run_name(config: DictConfig) -> str:
     return run_name(_root_=config)
 
 
+RESOLVERS: Mapping[str, Callable[..., Any]] = {
+    "width": scaled_width,
+    "depth": scaled_depth,
+    "heads": scaled_heads,
+    "dropout": scaled_dropout,
+    "epochs": scaled_epochs,
+    "batch": scaled_batch,
+    "frames": capped_frames,
+    "learning_rate": scaled_learning_rate,
+    "default_cache": default_cache,
+    "run_name": run_name,
+    "row_folder": row_folder,
+    "sweep_folder": sweep_folder,
+    "sweep_subfolder": sweep_subfolder,
+}
+
+
 def register_resolvers() -> None:
     """Makes the functions known to OmegaConf; calling it again changes nothing."""
-    resolvers: dict[str, Callable[..., Any]] = {
-        "width": scaled_width,
-        "depth": scaled_depth,
-        "heads": scaled_heads,
-        "dropout": scaled_dropout,
-        "epochs": scaled_epochs,
-        "batch": scaled_batch,
-        "frames": capped_frames,
-        "learning_rate": scaled_learning_rate,
-        "default_cache": default_cache,
-        "run_name": run_name,
-        "row_folder": row_folder,
-        "sweep_folder": sweep_folder,
-        "sweep_subfolder": sweep_subfolder,
-    }
-    for name, resolver in resolvers.items():
+    for name, resolver in RESOLVERS.items():
         OmegaConf.register_new_resolver(name, resolver, replace=True)

@@ -187,6 +187,8 @@ def _source(module: str) -> ast.Module | None:
         return ast.parse(path.read_text(encoding="utf-8"))
     except SyntaxError as error:
         raise TargetError(f"{path}, line {error.lineno}: {error.msg}") from error
+    except (ValueError, RecursionError, MemoryError) as error:  # MemoryError: what is nested too deep for the parser
+        raise TargetError(f"{path}: {error}") from error
 
 
 def _names(module: str) -> set[str]:

@@ -12,7 +12,8 @@ import math
 import pickle
 import zlib
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, ClassVar
 
@@ -22,6 +23,8 @@ from motiongen.errors import InputError
 
 LIMIT = 32 * 2**30
 """Bytes that a file may hold, unpacked; UESTC's is the largest of those that are read, with several GB."""
+RATIO = 200
+"""How many times its own size a compressed file may hold. Motion shrinks to a third, zeros to a thousandth."""
 ZLIB = b"\x78"
 """What joblib's compressed files begin with, and no pickle."""
 
@@ -48,11 +51,37 @@ def _empty_array(*_: Any) -> np.ndarray:
     return np.empty(0)
 
 
+def _check_keys(keys: Iterable[object]) -> None:
+    """Keys and members are hashed, and tuples that hold one another a few dozen deep are not, within a lifetime."""
+    for key in keys:
+        if not isinstance(key, str | bytes | int | float | np.generic | None):
+            raise RefusedPickle(f"has a {type(key).__name__} for a key or a member of a set; such files are not opened")
+
+
+def _set(kind: type, members: Iterable[object] = ()) -> Any:
+    members = list(members)
+    _check_keys(members)
+    return kind(members)
+
+
+def _ordered(pairs: Iterable[tuple[Any, Any]] = ()) -> OrderedDict[Any, Any]:
+    pairs = list(pairs)
+    _check_keys(key for key, _ in pairs)
+    return OrderedDict(pairs)
+
+
+def _dtype(name: str, *flags: bool) -> np.dtype:
+    """Fields of fields are no motion."""
+    if not isinstance(name, str):
+        raise RefusedPickle(f"names an array's kind by a {type(name).__name__}; such files are not opened")
+    return np.dtype(name, *flags)
+
+
 _ADMITTED: dict[tuple[str, str], Any] = {
     # Only ever an argument; as a callable it would make arrays of any size.
     ("numpy", "ndarray"): "numpy.ndarray",
-    ("numpy", "dtype"): np.dtype,
-    ("collections", "OrderedDict"): OrderedDict,
+    ("numpy", "dtype"): _dtype,
+    ("collections", "OrderedDict"): _ordered,
     ("copyreg", "_reconstructor"): copyreg.__dict__["_reconstructor"],
     ("copy_reg", "_reconstructor"): copyreg.__dict__["_reconstructor"],
     ("_codecs", "encode"): lambda text, encoding: text.encode("latin1"),
@@ -63,7 +92,8 @@ for _module in ("numpy.core", "numpy._core"):
     _ADMITTED[f"{_module}.multiarray", "scalar"] = np.float64(0).__reduce__()[0]
     _ADMITTED[f"{_module}.numeric", "_frombuffer"] = np.zeros(1).__reduce_ex__(5)[0]
 for _module in ("builtins", "__builtin__"):
-    _ADMITTED |= {(_module, kind.__name__): kind for kind in (object, set, frozenset)}
+    _ADMITTED[_module, "object"] = object
+    _ADMITTED |= {(_module, kind.__name__): partial(_set, kind) for kind in (set, frozenset)}
     # How protocol 2 writes the empty ones; with a number they would be of any size.
     _ADMITTED[_module, "bytes"] = lambda: b""
 
@@ -107,7 +137,35 @@ class PlainUnpickler(_PythonUnpickler):
         if isinstance(target, _JoblibArray):
             self.stack[-1] = self._array(target.state)
 
-    dispatch[pickle.BUILD[0]] = load_build
+    def load_setitem(self) -> None:
+        _check_keys(self.stack[-2:-1])
+        super().load_setitem()
+
+    # What follows a mark lies by itself on the stack.
+    def load_setitems(self) -> None:
+        _check_keys(self.stack[::2])
+        super().load_setitems()
+
+    def load_dict(self) -> None:
+        _check_keys(self.stack[::2])
+        super().load_dict()
+
+    def load_additems(self) -> None:
+        _check_keys(self.stack)
+        super().load_additems()
+
+    def load_frozenset(self) -> None:
+        _check_keys(self.stack)
+        super().load_frozenset()
+
+    dispatch |= {
+        pickle.BUILD[0]: load_build,
+        pickle.SETITEM[0]: load_setitem,
+        pickle.SETITEMS[0]: load_setitems,
+        pickle.DICT[0]: load_dict,
+        pickle.ADDITEMS[0]: load_additems,
+        pickle.FROZENSET[0]: load_frozenset,
+    }
 
     def _array(self, form: Mapping[str, Any]) -> np.ndarray:
         """The array that follows in the stream, behind a count of fill bytes in files of joblib 1.2 and later."""
@@ -140,9 +198,11 @@ def read_pickle(path: Path) -> Any:
 
 
 def _unpacked(file: BinaryIO) -> BinaryIO:
-    packed = zlib.decompressobj()
-    content = packed.decompress(file.read(), LIMIT)
-    _checked_size(len(content) + len(packed.unconsumed_tail))
+    packed, content = zlib.decompressobj(), file.read()
+    most = min(LIMIT, RATIO * len(content))
+    content = packed.decompress(content, most + 1)
+    if len(content) > most:
+        raise RefusedPickle(f"asks for more than {most} bytes")
     if not packed.eof:
         raise EOFError("the compressed file is cut")
     return io.BytesIO(content)

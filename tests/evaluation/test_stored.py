@@ -62,7 +62,10 @@ def test_what_keeps_results_from_being_compared_is_told(tmp_path: Path, capsys: 
         ("{", "not a summary of a run"),
         ("[]", "not a summary of a run"),
         ('{"name": "x"}', "field 'evaluation' is missing"),
-        (json.dumps({"name": "x", "evaluation": {**EVALUATION, "systems": {"real": {"metrics": {}}}}}), "'accuracy'"),
+        (
+            json.dumps({"name": "x", "evaluation": {**EVALUATION, "systems": {"real": {"metrics": {}, "count": 9}}}}),
+            "'accuracy'",
+        ),
     ],
 )
 def test_what_is_no_result_is_told(tmp_path: Path, content: str | None, told: str) -> None:

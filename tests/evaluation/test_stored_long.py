@@ -21,7 +21,7 @@ def summary(*systems: str) -> dict[str, Any]:
     return {
         "name": "row-s0",
         "data": {"fingerprint": "d" * 64},
-        "sequences": {"kinds": ["overall", "sufficient"], "count": 3, "actions": 4},
+        "sequences": {"kinds": ["overall", "sufficient"], "count": 3, "actions": 3},
         "recognizers": [{"name": "Judge", "fingerprint": "f" * 64, "test_accuracy": 0.9}],
         "overall_long_motion": found,
         "sufficient_long_motion": found,

@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 
 from motiongen.evaluation.stored import StoredResult
 from motiongen.evaluation.table import FURTHER, HEADINGS
-from motiongen.studies.latents import code_rows
+from motiongen.studies.latents import code_rows, read_picture
 from motiongen.studies.naming import StudyError
 from motiongen.studies.plots import draw_rows, lay_side_by_side
 from motiongen.studies.rendering import as_csv, as_html, as_latex, as_markdown
@@ -113,7 +113,7 @@ def test_codes_get_a_table_and_their_pictures_side_by_side(tmp_path: Path) -> No
     ]
     assert "| with codes | 0.250 [" in as_markdown(TABLE, codes)
     draw_rows(tmp_path / "one.png", TABLE)
-    content = (tmp_path / "one.png").read_bytes()
+    content = read_picture(tmp_path / "one.png")
     lay_side_by_side(tmp_path / "all.png", {"first": content, "second_row": content})
     height, width, _ = imread(tmp_path / "all.png").shape
     assert height > width / 2

@@ -83,7 +83,7 @@ LINES = [
     ("wlak 2 s", r"actions\[0\].tags: unknown tag 'wlak'; did you mean 'walk'"),
     ("walk 1, fly 2 s", r"actions\[1\].tags: unknown tag 'fly'\n  tags: raise-both-hands, sit down, walk, wave hand"),
     ("walk + walk 2 s", "'walk' is there twice"),
-    ("missing.yaml", "missing.yaml: No such file"),
+    ("missing.yaml", "missing.yaml: cannot be read: No such file"),
 ]
 
 
@@ -97,7 +97,7 @@ WALK = "{tags: walk, seconds: 2}"
 DOCUMENTS = [
     ("", "document: None is not a set of fields"),
     ("walk 2 s", "document: 'walk 2 s' is not a set of fields"),
-    ("actions: [", "cannot be read as yaml"),
+    ("actions: [", "cannot be read as YAML"),
     ("{}", "document: the field 'actions' is missing"),
     ("actions: []", "actions: needs at least 1, and has 0"),
     ("actions: walk", "actions: 'walk' is not a list"),
@@ -136,8 +136,8 @@ DOCUMENTS = [
     (f"actions: [{WALK}]\nactions: [{WALK}]", "the field 'actions' is there twice"),
     (f"actions: [{WALK}]\n1: 2", "the field 1 is not text"),
     (f"actions: [{WALK}]\nsed: 2", "document: has no field 'sed'; did you mean 'seed'"),
-    ("!!python/object/apply:os.system [true]", "cannot be read as yaml"),
-    ("&a [*a, *a]", "cannot be read as yaml|is not a set of fields"),
+    ("!!python/object/apply:os.system [true]", "cannot be read as YAML"),
+    ("&a [*a, *a]", "cannot be read as YAML|is not a set of fields"),
 ]
 
 
@@ -153,9 +153,9 @@ def test_errors_of_a_document_name_the_file_and_the_field(tmp_path, text, messag
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b'{"actions": [}', "cannot be read as json"),
+        (b'{"actions": [}', "cannot be read as JSON"),
         (b'{"seed": 1, "seed": 2}', "the field 'seed' is there twice"),
-        (b"\xff\xfe", "cannot be read as json"),
+        (b"\xff\xfe", "not UTF-8 text"),
         (b" " * (2**20 + 1), "larger than 1048576 bytes"),
     ],
 )

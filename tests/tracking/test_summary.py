@@ -54,10 +54,7 @@ def test_there_is_no_revision_outside_a_checkout(tmp_path: Path) -> None:
     """Neither in a plain folder, nor where motiongen is installed into a folder of somebody else's repository."""
     package = tmp_path / "motiongen"
     source = Path(__file__).parents[2] / "src" / "motiongen"
-    shutil.copytree(source / "tracking", package / "tracking")
-    for module in ("files.py", "runs.py", "errors.py"):
-        shutil.copy(source / module, package)
-    (package / "__init__.py").touch()
+    shutil.copytree(source, package)
 
     def answer() -> str:
         return subprocess.check_output([sys.executable, "-c", REVISION], cwd=tmp_path, text=True).strip()

@@ -1,7 +1,7 @@
 """A store in the making: frames that are appended, and a journal of the parts that are done.
 
-A process may be killed at any time. Whoever goes on believes nothing but a journal line whose frames have its checksum;
-what lies behind the last such line is cut off.
+A process may be killed at any time. Whoever goes on believes nothing but a journal line that has its checksum and whose
+frames have theirs; what lies behind the last such line is cut off.
 """
 
 from __future__ import annotations
@@ -9,12 +9,15 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO, Self
 
 import numpy as np
 
+from motiongen.data.index import DamagedStore, stored_sequence
 from motiongen.motion.representation import FEATURES
 
 FEATURES_FILE = "features.npy"
@@ -30,11 +33,13 @@ class Journal:
     Args:
         folder: made if it is not there.
         fingerprint: of the source; parts of another one are thrown away.
+        parts: the names of the source's parts, in the order in which they come.
     """
 
-    def __init__(self, folder: Path, fingerprint: str) -> None:
+    def __init__(self, folder: Path, fingerprint: str, parts: Sequence[str]) -> None:
         self._folder = folder
         self._fingerprint = fingerprint
+        self._parts = parts
         self.done: dict[str, dict[str, Any]] = {}
         """By name of the part: its `sequences`, or the reason why it was `rejected`."""
 
@@ -58,21 +63,25 @@ class Journal:
     def _go_on(self) -> None:
         kept = 0
         end = HEADER_BYTES
-        self._frames.seek(end)
+        size = self._frames.seek(0, os.SEEK_END)
+        names: set[str] = set()
         for number, line in enumerate(self._lines):
-            try:
-                entry = json.loads(line)
-                if number == 0:
-                    if entry != {"fingerprint": self._fingerprint}:
-                        break
-                else:
-                    size = FRAME_BYTES * sum(row["length"] for row in entry.get("sequences", ()))
-                    if not line.endswith(b"\n") or zlib.crc32(self._frames.read(size)) != entry["crc32"]:
-                        break
-                    end += size
-                    self.done[entry.pop("name")] = entry
-            except (ValueError, KeyError, TypeError):
-                break
+            entry = _entry(line)
+            if number == 0:
+                if entry != {"fingerprint": self._fingerprint}:
+                    break
+            else:
+                part = _part(entry, names)
+                if part is None or [part.name] != self._parts[number - 1 : number]:
+                    break
+                # The last frames may not have come as far as the disk.
+                if part.frames * FRAME_BYTES > size - end:
+                    break
+                self._frames.seek(end)
+                if zlib.crc32(self._frames.read(part.frames * FRAME_BYTES)) != part.crc32:
+                    break
+                end += part.frames * FRAME_BYTES
+                self.done[part.name] = part.outcome
             kept += len(line)
         self._lines.seek(kept)
         self._lines.truncate()
@@ -114,7 +123,7 @@ class Journal:
         self._crc32 = 0
 
     def _note(self, entry: dict[str, Any]) -> None:
-        self._lines.write(json.dumps(entry).encode() + b"\n")
+        self._lines.write(journal_line(entry))
         self._lines.flush()
 
     def seal(self) -> None:
@@ -126,3 +135,54 @@ class Journal:
         if self._frames.tell() != HEADER_BYTES:
             raise RuntimeError(f"NumPy's header has {self._frames.tell()} bytes, not {HEADER_BYTES}")
         self._frames.flush()
+
+
+@dataclass(frozen=True)
+class _Part:
+    name: str
+    frames: int
+    crc32: int
+    """Of its frames"""
+    outcome: dict[str, Any]
+
+
+def journal_line(entry: Mapping[str, Any]) -> bytes:
+    """An entry with its checksum before it."""
+    text = json.dumps(entry).encode()
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
+def _entry(line: bytes) -> Any:
+    """What a line says; None for one that is cut or damaged."""
+    checksum, _, text = line.partition(b" ")
+    try:
+        # A checksum does not keep a stranger from writing what he likes.
+        return json.loads(text) if line.endswith(b"\n") and int(checksum, 16) == zlib.crc32(text[:-1]) else None
+    except (ValueError, RecursionError):
+        return None
+
+
+def _part(entry: Any, names: set[str]) -> _Part | None:
+    """The part that an entry is about; None where it is of no such form.
+
+    Args:
+        entry: what a line says.
+        names: of the sequences of parts before; its own are added.
+    """
+    fields: dict[str, Any] = entry if isinstance(entry, dict) else {}
+    name, crc32 = fields.pop("name", None), fields.pop("crc32", None)
+    if not isinstance(name, str) or type(crc32) is not int:
+        return None
+    if fields.keys() == {"rejected"} and isinstance(fields["rejected"], str):
+        return _Part(name, 0, crc32, fields)
+    if fields.keys() != {"sequences"} or not isinstance(fields["sequences"], list):
+        return None
+    try:
+        sequences = [stored_sequence(row, 0) for row in fields["sequences"]]
+    except DamagedStore:
+        return None
+    own = {sequence.name for sequence in sequences}
+    if len(own) < len(sequences) or own & names:
+        return None
+    names |= own
+    return _Part(name, sum(sequence.length for sequence in sequences), crc32, fields)

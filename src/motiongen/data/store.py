@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import logging
 import os
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,36 +18,17 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 from torch import Tensor
 
-from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence, Side, Source
+from motiongen.data.clips import DataError, Divisible, Job, Sequence, Source
+from motiongen.data.index import INDEX_FILE, DamagedStore, read_index, write_index
 from motiongen.data.journal import FEATURES_FILE, JOURNAL_FILE, Journal
 from motiongen.data.reading import losses_named, readings
 from motiongen.motion.representation import FEATURES
 from motiongen.motion.skeleton import Skeleton
 
-FORMAT = 3
-"""Counted up when the layout on disk changes."""
 MAX_REJECTED = 0.2
 """Share of a source's parts that may be damaged before the whole is taken to be."""
 
 _log = logging.getLogger(__name__)
-
-
-class DamagedStore(DataError):
-    """A folder that is no store, or no longer one."""
-
-
-@dataclass(frozen=True)
-class StoredSequence:
-    """What is known of a sequence without reading its frames."""
-
-    name: str
-    group: str
-    length: int
-    first: int
-    """Its first row in the table of all frames."""
-    segments: tuple[Segment, ...]
-    side: Side | None
-    """As in `Sequence`."""
 
 
 class ClipStore:
@@ -59,24 +39,30 @@ class ClipStore:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Open a complete store; use `ClipStore.open` to get one from a source."""
+        """Open a complete store; use `ClipStore.open` to get one from a source.
+
+        Raises:
+            DamagedStore: it is not there, or not what was written.
+        """
         self.folder = folder
         self.was_made = False
+        index, self.sequences = read_index(folder)
         try:
-            index = json.loads((folder / "index.json").read_bytes())
-            if index["format"] != FORMAT:
-                raise DamagedStore(f"format {index['format']} instead of {FORMAT}")
             if _sha256(folder / FEATURES_FILE) != index["sha256"]:
-                raise DamagedStore("features.npy is not what was written")
+                raise DamagedStore(f"{FEATURES_FILE}: is not what was written")
             self._frames = _mapped(folder)
-            self.fingerprint: str = index["fingerprint"]
-            self.skeleton = Skeleton(torch.tensor(index["skeleton"], dtype=torch.float32))
-            self.root_tags: frozenset[str] = frozenset(index["root_tags"])
-            self.sequences: tuple[StoredSequence, ...] = tuple(_stored(row) for row in index["sequences"])
-            # Stores of sources that have no parts need not have it.
-            self.quarantine: dict[str, str] = dict(index.get("quarantine", {}))
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise DamagedStore(f"{type(error).__name__}: {error}") from error
+        except DamagedStore:
+            raise
+        except Exception as error:
+            # Damaged headers are evaluated as literals: it can be nearly any.
+            raise DamagedStore(f"{FEATURES_FILE}: {type(error).__name__}: {error!s:.500}") from error
+        frames = sum(sequence.length for sequence in self.sequences)
+        if self._frames.dtype != np.float32 or self._frames.shape != (frames, FEATURES):
+            raise DamagedStore(f"{FEATURES_FILE}: {self._frames.dtype} of {self._frames.shape}, not of {frames} frames")
+        self.fingerprint: str = index["fingerprint"]
+        self.skeleton = Skeleton(torch.tensor(index["skeleton"], dtype=torch.float32))
+        self.root_tags: frozenset[str] = frozenset(index["root_tags"])
+        self.quarantine: dict[str, str] = index["quarantine"]
         segments = [segment for sequence in self.sequences for segment in sequence.segments]
         self.tags: tuple[str, ...] = tuple(sorted({tag for segment in segments for tag in segment.tags}))
         self.styles: tuple[str, ...] = tuple(sorted({style for segment in segments for style in segment.styles}))
@@ -105,7 +91,10 @@ class ClipStore:
         with FileLock(folder.with_name(f"{folder.name}.lock")):
             if folder.exists():
                 try:
-                    return cls(folder)
+                    store = cls(folder)
+                    if store.fingerprint != fingerprint:
+                        raise DamagedStore(f"{INDEX_FILE}: fingerprint: that of another source")
+                    return store
                 except DamagedStore as damage:
                     _log.warning("The store %s is damaged (%s) and is made anew", folder, damage)
                     shutil.rmtree(folder)
@@ -139,20 +128,19 @@ class ClipStore:
 
 
 def _mapped(folder: Path) -> NDArray[np.float32]:
-    frames: NDArray[np.float32] = np.load(folder / FEATURES_FILE, mmap_mode="r", allow_pickle=False)
+    frames: NDArray[np.float32] = np.lib.format.open_memmap(folder / FEATURES_FILE, mode="r")
     return frames
 
 
 def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float, workers: int | None) -> None:
     jobs = source.jobs() if isinstance(source, Divisible) else [Job(source.name, (), source.sequences)]
-    with Journal(folder, fingerprint) as journal, losses_named():
+    with Journal(folder, fingerprint, [job.name for job in jobs]) as journal, losses_named():
         _fill(source, jobs, journal, max_rejected, workers)
         rows = [row for job in jobs for row in journal.done[job.name].get("sequences", ())]
         if not rows:
             raise DataError(next(iter(journal.rejected.values()), f"{source.name}: no sequences"))
         journal.seal()
     index = {
-        "format": FORMAT,
         "source": source.name,
         "fingerprint": fingerprint,
         "sha256": _sha256(folder / FEATURES_FILE),
@@ -161,7 +149,7 @@ def _write(source: Source, fingerprint: str, folder: Path, max_rejected: float, 
         "sequences": _with_first(rows),
         "quarantine": journal.rejected,
     }
-    (folder / "index.json").write_text(json.dumps(index), encoding="utf-8")
+    write_index(folder, index)
     (folder / JOURNAL_FILE).unlink()
 
 
@@ -244,13 +232,6 @@ def _check(source: Source, sequence: Sequence, names: set[str]) -> None:
     for segment in sequence.segments:
         if not 0 <= segment.start < segment.stop <= len(pose) or not segment.tags:
             raise DataError(f"{what}: segments: {segment} in {len(pose)} frames")
-
-
-def _stored(row: dict[str, Any]) -> StoredSequence:
-    segments = tuple(
-        Segment(item["start"], item["stop"], tuple(item["tags"]), tuple(item["styles"])) for item in row["segments"]
-    )
-    return StoredSequence(row["name"], row["group"], row["length"], row["first"], segments, row["side"])
 
 
 def _sha256(path: Path) -> str:

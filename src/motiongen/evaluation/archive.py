@@ -4,23 +4,47 @@ from __future__ import annotations
 
 import inspect
 import json
-import zipfile
-from dataclasses import fields
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
+from torch import Tensor
 
 import motiongen
+from motiongen.arrays import read_npz
 from motiongen.contracts import GeneratorModule
 from motiongen.evaluation.judgement import Judgement
-from motiongen.files import replacing
+from motiongen.files import is_file, replacing
+
+FIELDS = tuple(field.name for field in fields(Judgement))
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What a judgement is kept under, and the form that it has to have."""
+
+    key: tuple[Any, ...]
+    """Everything that it depends on, as plain values"""
+    tags: Tensor
+    """(N, A) float64: what the clips are asked to show"""
+    width: int
+    """E, of the features"""
+
+    def of(self, *parts: Any) -> Entry:
+        """The entry of a part, such as one seed."""
+        return replace(self, key=(*self.key, *parts))
 
 
 class Archive:
-    """Judgements by what they are of. A key is everything that they depend on; another key is another file.
+    """Judgements by what they are of; what depends on anything else is in another file.
 
     Args:
         folder: is made when something is kept.
@@ -29,24 +53,45 @@ class Archive:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def load(self, key: tuple[Any, ...]) -> Judgement | None:
-        """What was kept under the key, or None; a file that cannot be read counts as absent and is made anew."""
-        path = self._path(key)
-        try:
-            with np.load(path, allow_pickle=False) as arrays:
-                return Judgement(**{field.name: torch.from_numpy(arrays[field.name]) for field in fields(Judgement)})
-        except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+    def load(self, entry: Entry) -> Judgement | None:
+        """What was kept, or None; a file that is no such judgement counts as absent and is made anew."""
+        path = self._path(entry)
+        if not is_file(path):
             return None
+        try:
+            arrays = read_npz(path, FIELDS)
+            _check(arrays, entry)
+        except ValueError as error:
+            _log.warning("%s is damaged (%s) and is made anew", path, error)
+            return None
+        return Judgement(**{name: torch.from_numpy(array) for name, array in arrays.items()})
 
-    def save(self, key: tuple[Any, ...], judgement: Judgement) -> None:
+    def save(self, entry: Entry, judgement: Judgement) -> None:
         """Keep it; the file is whole or absent."""
-        path = self._path(key)
+        path = self._path(entry)
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as partial:
-            np.savez(partial, **{field.name: getattr(judgement, field.name).numpy() for field in fields(judgement)})
+            np.savez(partial, **{name: getattr(judgement, name).numpy() for name in FIELDS})
 
-    def _path(self, key: tuple[Any, ...]) -> Path:
-        return self._folder / f"{sha256(json.dumps(key, sort_keys=True).encode()).hexdigest()}.npz"
+    def _path(self, entry: Entry) -> Path:
+        return self._folder / f"{sha256(json.dumps(entry.key, sort_keys=True).encode()).hexdigest()}.npz"
+
+
+def _check(arrays: Mapping[str, NDArray[Any]], entry: Entry) -> None:
+    """Raises ValueError unless these are the fields of a judgement of such clips."""
+    tags = entry.tags.numpy()
+    shapes = {"tags": tags.shape, "logits": tags.shape, "features": (len(tags), entry.width)}
+    for name in FIELDS:
+        if name not in arrays:
+            raise ValueError(f"field {name!r} is missing")
+        array, shape = arrays[name], shapes.get(name, (len(tags),))
+        if array.dtype != np.float64 or array.shape != shape:
+            raise ValueError(f"field {name!r} is {array.dtype} of {array.shape}, not float64 of {shape}")
+        # What was not measured is NaN, but a recognizer always answers, in single precision.
+        if name in shapes and not (np.abs(array) <= np.finfo(np.float32).max).all():
+            raise ValueError(f"field {name!r} is not finite")
+    if not np.array_equal(arrays["tags"], tags):
+        raise ValueError("field 'tags' is that of other clips")
 
 
 def generator_fingerprint(generator: GeneratorModule, settings: Any) -> str:

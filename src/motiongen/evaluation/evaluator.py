@@ -11,7 +11,7 @@ from rich.progress import Progress
 from torch import Tensor
 
 from motiongen.contracts import Condition, MotionBatch
-from motiongen.evaluation.archive import Archive
+from motiongen.evaluation.archive import Archive, Entry
 from motiongen.evaluation.judgement import Judge, Judgement
 from motiongen.evaluation.leaks import LeakError, refuse_leaks
 from motiongen.evaluation.lengths import Length, with_lengths
@@ -81,10 +81,11 @@ def evaluate(
         _refuse_other_data(recognizer, data)
     device = next(recognizers[0].recognizer.parameters()).device
     batches = [batch.to(device) for batch in data.test_batches(protocol.batch_size)]
-    tested = torch.cat([batch.condition.tags for batch in batches]).sum(dim=0)
-    if absent := [tag for tag, count in zip(data.tags, tested.tolist(), strict=True) if not count]:
+    tested = torch.cat([batch.condition.tags for batch in batches]).double().cpu()
+    if absent := [tag for tag, count in zip(data.tags, tested.sum(dim=0).tolist(), strict=True) if not count]:
         raise ValueError(f"data {data.name}: no test clip shows {', '.join(absent)}; its figures would mean nothing")
     judges = [Judge.of(one.recognizer.eval(), data, batches, protocol.frozen_speed) for one in recognizers]
+    widths = [features_of(one.recognizer, batches[:1]).shape[1] for one in recognizers]
     lengths = [Length.of(frames, batches, data, protocol.batch_size) for frames in protocol.lengths]
     with Progress() as progress:
         task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds)
@@ -98,14 +99,17 @@ def evaluate(
                 continue
             for at_length in at_lengths:
                 at_length[name] = [[] for _ in lengths]
-            keys = [_key(system, data, recognizer, protocol) for recognizer in recognizers]
+            entries = [
+                Entry(_key(system, data, recognizer, protocol), tested, width) if system.fingerprint else None
+                for recognizer, width in zip(recognizers, widths, strict=True)
+            ]
             for seed in protocol.generation_seeds:
                 try:
-                    found = _judged(system, seed, batches, judges, keys, archive)
+                    found = _judged(system, seed, batches, judges, entries, archive)
                     for own, judgement in zip(runs, found, strict=True):
                         own[name].append(judgement)
                     for number, length in enumerate(lengths):
-                        named = [(*key, length.frames) if key else None for key in keys]
+                        named = [entry.of(length.frames) if entry else None for entry in entries]
                         found = _judged(system, seed, length.conditions, judges, named, archive)
                         for at_length, judgement in zip(at_lengths, found, strict=True):
                             at_length[name][number].append(judgement)
@@ -127,11 +131,10 @@ def _refuse_other_data(recognizer: TrainedRecognizer, data: MotionData) -> None:
         )
 
 
-def _key(system: System, data: MotionData, recognizer: TrainedRecognizer, protocol: Protocol) -> tuple[Any, ...] | None:
+def _key(system: System, data: MotionData, recognizer: TrainedRecognizer, protocol: Protocol) -> tuple[Any, ...]:
     """All that a seed's judgement depends on, besides the seed."""
     settings = {name: asdict(protocol)[name] for name in ("batch_size", "frozen_speed")}
-    parts = (system.fingerprint, data.fingerprint, recognizer.fingerprint, settings)
-    return parts if system.fingerprint else None
+    return system.fingerprint, data.fingerprint, recognizer.fingerprint, settings
 
 
 def _judged(
@@ -139,14 +142,14 @@ def _judged(
     seed: int,
     asked: Sequence[MotionBatch | Condition],
     judges: Sequence[Judge],
-    keys: Sequence[tuple[Any, ...] | None],
+    entries: Sequence[Entry | None],
     archive: Archive | None,
 ) -> list[Judgement]:
     """One seed's motions of all test clips before every judge; from the archive where they lie there for all judges.
 
     They are measured against those of the batches, or by themselves where only conditions are given.
     """
-    kept = [archive.load((*key, seed)) if archive and key else None for key in keys]
+    kept = [archive.load(entry.of(seed)) if archive and entry else None for entry in entries]
     known = [judgement for judgement in kept if judgement is not None]
     if len(known) == len(judges):
         return known
@@ -158,9 +161,9 @@ def _judged(
         for judge, own in zip(judges, parts, strict=True):
             own.append(judge(motion, one) if isinstance(one, MotionBatch) else judge.alone(motion, one))
     found = [Judgement.concatenate(own) for own in parts]
-    for key, judgement in zip(keys, found, strict=True):
-        if archive and key:
-            archive.save((*key, seed), judgement)
+    for entry, judgement in zip(entries, found, strict=True):
+        if archive and entry:
+            archive.save(entry.of(seed), judgement)
     return found
 
 

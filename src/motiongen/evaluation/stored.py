@@ -2,21 +2,82 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from motiongen.documents import DocumentError, read_json
 from motiongen.errors import InputError
 from motiongen.evaluation.results import REAL, Estimate
 from motiongen.evaluation.table import HEADINGS, estimate_text
+from motiongen.files import is_file
 from motiongen.runs import SUMMARY_FILE
+from motiongen.schemas import problem_in
 
 UNTRAINED = "untrained"
 DECIDES = ("protocol", "data_fingerprint", "recognizer", "count")
 """What has to be equal for two results to compare."""
+
+FIGURE = {"type": ["number", "null"], "minimum": -1e300, "maximum": 1e300}
+"""A number as every table can show it; null for what could not be measured"""
+ESTIMATES = {
+    "type": "object",
+    "additionalProperties": {
+        "type": "object",
+        "required": ["mean"],
+        "properties": {"mean": FIGURE, "interval": FIGURE},
+    },
+}
+LENGTH = {
+    "type": "object",
+    "required": ["frames", "same_length", "metrics"],
+    "properties": {
+        "frames": {"type": "integer", "minimum": 1, "maximum": 10**6},
+        "same_length": {"type": "boolean"},
+        "metrics": ESTIMATES,
+    },
+}
+SYSTEM = {
+    "type": "object",
+    "required": ["metrics", "count"],
+    "properties": {
+        "metrics": ESTIMATES | {"required": list(HEADINGS)},
+        "count": {"type": "integer"},
+        "lengths": {"type": "array", "items": LENGTH},
+    },
+}
+RECOGNIZER: dict[str, Any] = {
+    "type": "object",
+    "required": ["name", "fingerprint"],
+    "properties": {
+        "name": {"type": "string"},
+        "fingerprint": {"type": "string"},
+        "test_accuracy": {"type": "number", "minimum": 0, "maximum": 1},
+    },
+}
+RESULT = {
+    "type": "object",
+    "required": ["name", "evaluation"],
+    "properties": {
+        "name": {"type": "string"},
+        "evaluation": {
+            "type": "object",
+            "required": [*DECIDES, "systems"],
+            "properties": {
+                "protocol": {"type": "object"},
+                "data_fingerprint": {"type": "string"},
+                "recognizer": RECOGNIZER,
+                "count": {"type": "integer"},
+                "seeds": {"type": "array"},
+                "systems": {"type": "object", "additionalProperties": SYSTEM},
+            },
+        },
+        "latents": {"type": ["object", "null"], "additionalProperties": FIGURE | {"type": "number"}},
+    },
+}
+"""JSON schema of what is read of a run's summary"""
 
 
 @dataclass(frozen=True)
@@ -45,19 +106,10 @@ def read_result(folder: Path) -> StoredResult:
         InputError: there is none, or it is damaged; the message names the file and the field.
     """
     path = folder / SUMMARY_FILE
-    try:
-        summary = read_summary(folder)
-        result = StoredResult(str(summary["name"]), summary["evaluation"], summary.get("latents"))
-        for field in DECIDES:
-            result.evaluation[field]
-        for system in result.evaluation["systems"].values():
-            for metric in HEADINGS:
-                system["metrics"][metric]["mean"]
-    except KeyError as error:
-        raise InputError(f"results: {path}: field {error} is missing; the run measured nothing, or long ago") from error
-    except (TypeError, AttributeError) as error:
-        raise InputError(f"results: {path}: not a summary of a run: {error}") from error
-    return result
+    summary = read_summary(folder)
+    if problem := problem_in(summary, RESULT):
+        raise InputError(f"results: {path}: {problem}; the run measured nothing, or long ago, or the file is damaged")
+    return StoredResult(summary["name"], summary["evaluation"], summary.get("latents"))
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
@@ -67,11 +119,11 @@ def read_summary(folder: Path) -> dict[str, Any]:
         InputError: there is nothing, or it is damaged.
     """
     path = folder / SUMMARY_FILE
+    if not is_file(path):
+        raise InputError(f"results: {path}: no such file; has the run finished?")
     try:
-        summary = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise InputError(f"results: {path}: no such file; has the run finished?") from error
-    except (OSError, ValueError) as error:
+        summary = read_json(path)
+    except DocumentError as error:
         raise InputError(f"results: {path}: not a summary of a run: {error}") from error
     if not isinstance(summary, dict):
         raise InputError(f"results: {path}: not a summary of a run: {type(summary).__name__}")
@@ -132,4 +184,4 @@ def _at(evaluation: Mapping[str, Any], path: tuple[str, ...]) -> Any:
 
 def _short(evaluation: Mapping[str, Any], path: tuple[str, ...]) -> str:
     value = _at(evaluation, path)
-    return value[:12] if path[-1].endswith("fingerprint") and isinstance(value, str) else str(value)
+    return value[:12] if path[-1].endswith("fingerprint") and isinstance(value, str) else f"{value!s:.200}"

@@ -12,6 +12,7 @@ from motiongen.contracts import GeneratorModule
 from motiongen.data.clips import Span
 from motiongen.errors import InputError
 from motiongen.files import is_file, replacing
+from motiongen.weights import read_weights
 
 FORMAT = 1
 
@@ -45,23 +46,35 @@ def load_generator(path: Path, generator: GeneratorModule, tags: Sequence[str]) 
     if not is_file(path):
         raise CheckpointError(f"{path}: no such file; has the run finished its training?")
     try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:
-        # A damaged pickle can raise nearly anything.
-        raise CheckpointError(f"{path}: not a generator's weights ({type(error).__name__}: {error})") from error
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        content = read_weights(path)
+    except ValueError as error:
+        raise CheckpointError(f"{path}: not a generator's weights ({error})") from error
+    if not isinstance(content, dict) or not _is(content.get("format"), int) or content["format"] != FORMAT:
         raise CheckpointError(f"{path}: field 'format' is not {FORMAT}; the file is from another version or program")
     if missing := {"tags", "dimensions", "trained_on", "state"} - content.keys():
         raise CheckpointError(f"{path}: field {min(missing)!r} is missing")
-    if content["tags"] != list(tags):
-        raise CheckpointError(f"{path}: field 'tags' is {content['tags']}, but the data has {list(tags)}")
-    if content["dimensions"] != asdict(generator.dimensions):
-        raise CheckpointError(
-            f"{path}: field 'dimensions' is {content['dimensions']}, but this composition has "
-            f"{asdict(generator.dimensions)}"
-        )
+    found, sizes, spans = content["tags"], content["dimensions"], content["trained_on"]
+    if not isinstance(found, list) or not all(_is(tag, str) for tag in found):
+        raise CheckpointError(f"{path}: field 'tags' is not a list of text")
+    if found != list(tags):
+        raise CheckpointError(f"{path}: field 'tags' is {found!s:.500}, but the data has {list(tags)}")
+    expected = asdict(generator.dimensions)
+    if not isinstance(sizes, dict) or not all(_is(name, str) and _is(size, int) for name, size in sizes.items()):
+        raise CheckpointError(f"{path}: field 'dimensions' is not a number for each name")
+    if sizes != expected:
+        raise CheckpointError(f"{path}: field 'dimensions' is {sizes!s:.500}, but this composition has {expected}")
+    if not isinstance(spans, list) or not all(_is_span(span) for span in spans):
+        raise CheckpointError(f"{path}: field 'trained_on' is not a list of (store, sequence, first frame, end)")
     try:
         generator.load_state_dict(content["state"])
     except Exception as error:
-        raise CheckpointError(f"{path}: field 'state' does not fit this composition: {error}") from error
-    return tuple(content["trained_on"])
+        raise CheckpointError(f"{path}: field 'state' does not fit this composition: {error!s:.500}") from error
+    return tuple(spans)
+
+
+def _is(value: object, kind: type) -> bool:
+    return type(value) is kind
+
+
+def _is_span(value: object) -> bool:
+    return isinstance(value, tuple) and [type(part) for part in value] == [str, str, int, int]

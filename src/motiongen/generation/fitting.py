@@ -9,14 +9,20 @@ from typing import Any
 
 import pytorch_lightning as pl
 from pytorch_lightning.callbacks import ModelCheckpoint
+from torch import Tensor
 from tqdm import tqdm
 
 from motiongen.contracts import MotionBatch
 from motiongen.data.datamodule import MotionData
+from motiongen.errors import InputError
 from motiongen.generation.divergence import StopDivergence
 from motiongen.generation.lightning import TrainingShell
 from motiongen.runs import CHECKPOINT
 from motiongen.tracking.tracker import Tracker
+from motiongen.weights import read_weights
+
+CHECKPOINT_FIELDS = {"epoch": int, "global_step": int, "state_dict": dict, "optimizer_states": list, "loops": dict}
+"""What Lightning writes and goes on from"""
 
 
 class Epochs(pl.LightningDataModule):
@@ -34,7 +40,11 @@ class Epochs(pl.LightningDataModule):
 class RunProgress(pl.Callback):
     """One bar for the whole run, with the time left."""
 
+    has_started = False
+    """Whether what is gone on from was read"""
+
     def on_train_start(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
+        self.has_started = True
         self._bar = tqdm(total=trainer.max_epochs, initial=trainer.current_epoch, desc="training", unit="epoch")
 
     def on_train_epoch_end(self, trainer: pl.Trainer, pl_module: pl.LightningModule) -> None:
@@ -79,7 +89,13 @@ def fit(
 
     Raises:
         Diverged: the loss is no number any more, or far above that of the first epoch.
+        InputError: `last.ckpt` is damaged, or of another composition.
     """
+    last = folder / CHECKPOINT
+    goes_on = resume and last.exists()
+    if goes_on:
+        require_resumable(last, shell)
+    progress = RunProgress()
     checkpoint = ModelCheckpoint(
         dirpath=folder,
         filename=CHECKPOINT.removesuffix(".ckpt"),
@@ -88,7 +104,7 @@ def fit(
         every_n_epochs=1,
     )
     options: dict[str, Any] = {
-        "callbacks": [ReportLosses(tracker), RunProgress(), StopDivergence(), checkpoint, *callbacks],
+        "callbacks": [ReportLosses(tracker), progress, StopDivergence(), checkpoint, *callbacks],
         "logger": False,
         "enable_progress_bar": False,
         "enable_model_summary": False,
@@ -97,7 +113,27 @@ def fit(
     }
     # Lightning asks torch in a way that torch has renamed; nothing that a user could mend.
     warnings.filterwarnings("ignore", message=".*LeafSpec.*is deprecated")
-    last = folder / CHECKPOINT
-    trainer(**options).fit(
-        shell, datamodule=Epochs(data), ckpt_path=last if resume and last.exists() else None, weights_only=True
-    )
+    try:
+        trainer(**options).fit(shell, datamodule=Epochs(data), ckpt_path=last if goes_on else None, weights_only=True)
+    except Exception as error:
+        if not goes_on or progress.has_started:
+            raise
+        raise InputError(f"resume: {last}: {type(error).__name__}: {error!s:.500}") from error
+
+
+def require_resumable(path: Path, shell: TrainingShell) -> None:
+    """Raises InputError unless the file is a checkpoint of this training, as far as can be told before it is used."""
+    try:
+        content = read_weights(path)
+    except ValueError as error:
+        raise InputError(f"resume: {path}: not a checkpoint ({error})") from error
+    fields: dict[str, Any] = content if isinstance(content, dict) else {}
+    for field, kind in CHECKPOINT_FIELDS.items():
+        if not isinstance(fields.get(field), kind):
+            raise InputError(f"resume: {path}: field {field!r} is missing, or not a {kind.__name__}")
+    found, expected = fields["state_dict"], shell.state_dict()
+    if found.keys() != expected.keys():
+        raise InputError(f"resume: {path}: field 'state_dict' is that of another composition")
+    for name, value in expected.items():
+        if not isinstance(found[name], Tensor) or found[name].shape != value.shape or found[name].dtype != value.dtype:
+            raise InputError(f"resume: {path}: field 'state_dict': {name} is not {value.dtype} of {tuple(value.shape)}")

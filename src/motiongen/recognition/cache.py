@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 import logging
 import os
-import pickle
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,9 +17,12 @@ from filelock import FileLock
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from motiongen.documents import DocumentError, read_json
 from motiongen.errors import InputError
+from motiongen.motion.skeleton import Skeleton
 from motiongen.recognition.recognizer import RecognizerBuilder, TrainedRecognizer
 from motiongen.recognition.training import RecognizerTraining, recognized_share, train
+from motiongen.weights import read_weights
 
 if TYPE_CHECKING:
     from motiongen.data.datamodule import MotionData
@@ -52,7 +54,7 @@ def obtain_recognizer(config: Mapping[str, Any] | DictConfig, data: MotionData, 
     build, training = instantiate(settings["network"]), instantiate(settings["training"])
     with FileLock(folder.with_suffix(".lock")):
         if folder.exists():
-            return _load(folder, build, data, fingerprint)
+            return load_recognizer(folder, build, data.tags, data.skeleton, fingerprint)
         log.info("no recognizer for this data and these settings in %s: training one", folder.parent)
         return _train(folder, build, training, data, fingerprint)
 
@@ -76,16 +78,49 @@ def _train(
     return TrainedRecognizer(recognizer, accuracy, fingerprint, data.fingerprint, was_trained=True)
 
 
-def _load(folder: Path, build: RecognizerBuilder, data: MotionData, fingerprint: str) -> TrainedRecognizer:
+def load_recognizer(
+    folder: Path, build: RecognizerBuilder, tags: Sequence[str], skeleton: Skeleton, fingerprint: str
+) -> TrainedRecognizer:
+    """The recognizer in a folder of the cache, in eval mode.
+
+    Args:
+        folder: with the recognizer's two files.
+        build: its network.
+        tags: what it tells apart.
+        skeleton: the body of the data.
+        fingerprint: of the data and settings.
+
+    Raises:
+        InputError: a file is damaged; the message names it and its folder.
+    """
     # Building draws initial weights: the caller's random state must not depend on whether the cache was hit.
     with torch.random.fork_rng(devices=[]):
-        recognizer = build(tags=len(data.tags), skeleton=data.skeleton)
+        recognizer = build(tags=len(tags), skeleton=skeleton)
     try:
-        info = json.loads((folder / INFO).read_text(encoding="utf-8"))
-        accuracy, trained_on = float(info["test_accuracy"]), str(info["data_fingerprint"])
-        weights = torch.load(folder / WEIGHTS, map_location="cpu", weights_only=True)
-        recognizer.load_state_dict(weights)
-    except (OSError, EOFError, KeyError, ValueError, RuntimeError, pickle.UnpicklingError) as error:
-        message = f"the cached recognizer in {folder} is damaged; delete that folder to train it anew: {error}"
+        info = _info(folder / INFO, tags)
+        recognizer.load_state_dict(read_weights(folder / WEIGHTS))
+        if not all(value.isfinite().all() for value in recognizer.state_dict().values()):
+            raise ValueError("not all weights are finite")
+    except Exception as error:
+        # Weights of another form than the network's can make it raise nearly anything.
+        at_fault = INFO if isinstance(error, DocumentError) else WEIGHTS
+        told = f"{' '.join(str(error).split()):.500}"
+        message = (
+            f"the cached recognizer in {folder} is damaged; delete that folder to train it anew: {at_fault}: {told}"
+        )
         raise InputError(message) from error
+    accuracy, trained_on = float(info["test_accuracy"]), info["data_fingerprint"]
     return TrainedRecognizer(recognizer.eval(), accuracy, fingerprint, trained_on, was_trained=False)
+
+
+def _info(path: Path, tags: Sequence[str]) -> dict[str, Any]:
+    info = read_json(path)
+    fields: dict[str, Any] = info if isinstance(info, dict) else {}
+    accuracy: Any = fields.get("test_accuracy")
+    if type(accuracy) not in (int, float) or not 0 <= accuracy <= 1:
+        raise DocumentError("field 'test_accuracy' is not a share")
+    if not isinstance(fields.get("data_fingerprint"), str):
+        raise DocumentError("field 'data_fingerprint' is not text")
+    if fields.get("tags") != list(tags):
+        raise DocumentError("field 'tags' is not that of the data")
+    return fields

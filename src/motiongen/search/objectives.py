@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from motiongen.errors import InputError
+from motiongen.evaluation.stored import read_summary
 from motiongen.evaluation.table import FURTHER, HEADINGS
 from motiongen.runs import SUMMARY_FILE
 from motiongen.studies.results import GENERATED
@@ -20,6 +19,10 @@ DIRECTIONS = ("minimize", "maximize")
 RECOGNIZER_ACCURACY = "recognizer_accuracy"
 """Of `task=train_recognizer`: the share of the held-out clips that the recognizer knows."""
 KNOWN = (*HEADINGS, *FURTHER, LATENCY, RECOGNIZER_ACCURACY)
+PLACES = {LATENCY: (LATENCY,), RECOGNIZER_ACCURACY: ("recognizer", "test_accuracy")}
+"""Where a summary has what is not a metric of the generated motion."""
+LARGEST = 1e300
+"""Beyond it, what a storage computes of values is not finite."""
 
 
 class ObjectiveError(InputError):
@@ -49,22 +52,18 @@ def measured(folder: Path, objectives: Sequence[str]) -> list[float] | None:
     path = folder / SUMMARY_FILE
     if not path.is_file():
         return None
-    summary = json.loads(path.read_bytes())
+    try:
+        summary = read_summary(folder)
+    except InputError as error:
+        raise ObjectiveError(str(error)) from error
     values = []
     for name in objectives:
-        try:
-            value = _value(summary, name)
-        except (KeyError, TypeError) as error:
-            raise ObjectiveError(f"{path}: {name} was not measured by this task") from error
-        if value is None or not math.isfinite(value):
+        value: Any = summary
+        for key in PLACES.get(name, ("evaluation", "systems", GENERATED, "metrics", name, "mean")):
+            if not isinstance(value, dict) or key not in value:
+                raise ObjectiveError(f"{path}: {name} was not measured by this task")
+            value = value[key]
+        if type(value) not in (int, float) or not abs(value) <= LARGEST:
             raise ObjectiveError(f"{path}: {name} is not a number")
         values.append(float(value))
     return values
-
-
-def _value(summary: Mapping[str, Any], name: str) -> Any:
-    if name == LATENCY:
-        return summary[LATENCY]
-    if name == RECOGNIZER_ACCURACY:
-        return summary["recognizer"]["test_accuracy"]
-    return summary["evaluation"]["systems"][GENERATED]["metrics"][name]["mean"]

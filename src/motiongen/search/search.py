@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from filelock import FileLock
 
 from motiongen.errors import InputError
+from motiongen.runs import SUMMARY_FILE
 from motiongen.search.naming import trial_folder
 from motiongen.search.objectives import check_objectives, measured
 from motiongen.search.space import Space
@@ -158,7 +159,7 @@ class Search:
             try:
                 values = measured(self.folder / trial_folder(number), list(self.objectives))
                 error = None if values else FileNotFoundError("the job left no summary")
-            except (InputError, KeyError, ValueError) as problem:
+            except InputError as problem:
                 error = problem
         if values is not None:
             self._tell(number, values, None)
@@ -175,7 +176,7 @@ class Search:
             for one in self.trials():
                 if not self._is_orphan(one):
                     continue
-                if measured(self.folder / trial_folder(one.number), list(self.objectives)) is not None:
+                if (self.folder / trial_folder(one.number) / SUMMARY_FILE).is_file():
                     self.tell(one.number, None)
                     _log.info("Trial %d was measured, but its worker died before it told; told now", one.number)
                     continue

@@ -29,7 +29,7 @@ def open_storage(place: str) -> BaseStorage:
     """A database where `place` is an address such as sqlite:///search.db, else a journal file.
 
     Raises:
-        StorageError: it cannot be opened.
+        StorageError: it cannot be opened, or is damaged.
     """
     from optuna.exceptions import StorageInternalError
     from optuna.storages import JournalStorage, RDBStorage
@@ -44,6 +44,12 @@ def open_storage(place: str) -> BaseStorage:
         return JournalStorage(JournalFileBackend(place))
     except (OSError, ImportError, SQLAlchemyError, StorageInternalError) as error:
         raise StorageError(f"hydra.sweeper.storage={place}: cannot be opened: {error}") from error
+    except Exception as error:
+        # Optuna believes whatever a line of its journal says.
+        told = f"{type(error).__name__}: {error!s:.500}"
+        raise StorageError(
+            f"hydra.sweeper.storage={place}: is damaged, or is no journal of a search: {told}"
+        ) from error
 
 
 def patiently(action: Callable[[], Result], place: str) -> Result:

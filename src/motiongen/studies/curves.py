@@ -77,15 +77,15 @@ def _lines(
 
 
 def _by_place(systems: Sequence[System], metric: str) -> dict[int, Interval]:
-    courses = zip(*(system["places"][metric] for system in systems), strict=True)
-    known = {place: [value for value in own if value is not None] for place, own in enumerate(courses, start=1)}
+    courses = zip(*(system["places"].get(metric, ()) for system in systems), strict=True)
+    known = {place: [float(value) for value in own if value is not None] for place, own in enumerate(courses, start=1)}
     return {place: over_trainings(own) for place, own in known.items() if own}
 
 
 def _along(systems: Sequence[System], metric: str) -> dict[int, Interval]:
     values: dict[int, list[float]] = {}
     for system in systems:
-        for length in system["lengths"]:
+        for length in system.get("lengths", ()):
             mean = length["metrics"].get(metric, {}).get("mean")
             if mean is not None:
                 values.setdefault(int(length["frames"]), []).append(float(mean))

@@ -14,10 +14,11 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from motiongen.discovery import module_path
+from motiongen.documents import DocumentError, read_json
 from motiongen.runs import GENERATOR_FILE, require_generator, run_folder_of
 
 CHANGES_NOTHING = {
-    *("hydra", "cache", "tracker", "study", "reuse", "retry_failed", "search"),
+    *("hydra", "cache", "tracker", "study", "reuse", "retry_failed", "search", "trust"),
     *("run", "motions", "runs", "results", "resume", "timeline", "variants", "floor", "rank", "formats"),
 }
 """Keys at the top of the configuration that are folders, or that no training and no evaluation reads."""
@@ -100,7 +101,7 @@ def code_digest(further: Sequence[str] = ()) -> str:
 def read_identity(path: Path) -> dict[str, Any]:
     """What was stored; empty where nothing whole was."""
     try:
-        content = json.loads(path.read_bytes())
-    except (OSError, ValueError):
+        content = read_json(path)
+    except DocumentError:
         return {}
     return content if isinstance(content, dict) else {}

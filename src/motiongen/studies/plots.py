@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from motiongen.files import replacing
 from motiongen.studies.table import StudyTable
 
 HEIGHT_OF_A_ROW = 0.4
@@ -41,15 +44,14 @@ def draw_rows(path: Path, table: StudyTable) -> None:
             other.set_xlabel(f"{table.heading(metric)}, paper", color=PAPER)
     panels[0].set_yticks(list(places), [name.replace("_", " ") for name in names])
     panels[0].invert_yaxis()
-    figure.savefig(path, dpi=120)
+    with replacing(path) as partial:
+        figure.savefig(partial, dpi=120)
 
 
-def lay_side_by_side(path: Path, pictures: Mapping[str, bytes]) -> None:
-    """PNGs of equal size, one below the other, with the names of their rows above them."""
+def lay_side_by_side(path: Path, images: Mapping[str, NDArray[np.uint8]]) -> None:
+    """Pictures (H, W, 3) of equal size, one below the other, with the names of their rows above them."""
     from matplotlib.figure import Figure
-    from matplotlib.image import imread
 
-    images = {name: imread(BytesIO(content)) for name, content in pictures.items()}
     height, width = next(iter(images.values())).shape[:2]
     figure = Figure(figsize=(9.0, (9.0 * height / width + 0.3) * len(images)), layout="constrained")
     panels = figure.subplots(len(images), 1, squeeze=False)[:, 0]
@@ -57,4 +59,5 @@ def lay_side_by_side(path: Path, pictures: Mapping[str, bytes]) -> None:
         panel.imshow(image)
         panel.set_title(name.replace("_", " "), fontsize=11, loc="left")
         panel.set_axis_off()
-    figure.savefig(path, dpi=120)
+    with replacing(path) as partial:
+        figure.savefig(partial, dpi=120)

@@ -11,18 +11,28 @@ from typing import TYPE_CHECKING
 
 from omegaconf import DictConfig
 
+from motiongen.errors import InputError
 from motiongen.evaluation.results import REAL
 from motiongen.evaluation.stored import StoredResult, alike, read_result, read_summary
 from motiongen.evaluation.stored_long import long_result
-from motiongen.runs import SUMMARY_FILE
+from motiongen.runs import SUMMARY_FILE, run_id_in
+from motiongen.schemas import problem_in
 from motiongen.studies.naming import StudyError
-from motiongen.tracking.mlflow import PARENT, run_id_in
+from motiongen.tracking.mlflow import PARENT
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
     from mlflow.entities import Run
 
 GENERATED = "generated"
+ROW = {
+    "required": ["seeds"],
+    "properties": {
+        "recognizer": {"required": ["test_accuracy"]},
+        "systems": {"required": [GENERATED, REAL]},
+    },
+}
+"""JSON schema of what a table of a study reads of an evaluation, besides what all tables do"""
 
 
 @dataclass(frozen=True)
@@ -41,8 +51,8 @@ class StudyResults:
 
     def values(self, row: str, metric: str, system: str = GENERATED) -> tuple[float, ...]:
         """A metric of every training of a row that measured it: the mean over its generation seeds."""
-        means = (one.evaluation["systems"][system]["metrics"][metric]["mean"] for one in self.rows[row])
-        return tuple(mean for mean in means if mean is not None)
+        measured = (one.evaluation["systems"][system]["metrics"].get(metric, {}) for one in self.rows[row])
+        return tuple(float(figures["mean"]) for figures in measured if figures.get("mean") is not None)
 
     def real(self, metric: str) -> float | None:
         """The metric of the real test clips."""
@@ -108,8 +118,22 @@ def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Ru
 def _result(client: MlflowClient, run: Run) -> StoredResult:
     with tempfile.TemporaryDirectory() as folder:
         client.download_artifacts(run.info.run_id, SUMMARY_FILE, folder)
-        summary = read_summary(Path(folder))
-        return long_result(summary) if "sequences" in summary else read_result(Path(folder))
+        return row_result(Path(folder))
+
+
+def row_result(folder: Path) -> StoredResult:
+    """What a row measured, from the summary in this folder: of single actions or of long motion.
+
+    Raises:
+        InputError: there is no summary, or it is damaged; the message names the file and the field.
+    """
+    summary = read_summary(folder)
+    if "sequences" in summary:
+        return long_result(summary)
+    result = read_result(folder)
+    if problem := problem_in(result.evaluation, ROW):
+        raise InputError(f"results: {folder / SUMMARY_FILE}: evaluation: {problem}; it is not that of a row")
+    return result
 
 
 def _require_alike(rows: Mapping[str, tuple[StoredResult, ...]]) -> None:

@@ -126,7 +126,7 @@ def state_of(folder: Path) -> State:
 def failure(folder: Path) -> str:
     """Why a row failed, in a line."""
     reason = read_identity(folder / FAILED_FILE).get("reason", "for a reason that was not written down")
-    return str(reason).splitlines()[0]
+    return next(iter(str(reason).splitlines()), "")
 
 
 def row_folders(study: Path) -> list[Path]:

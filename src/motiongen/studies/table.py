@@ -113,10 +113,10 @@ def _protocol(results: StudyResults) -> str:
     evaluation = next(iter(results.rows.values()))[0].evaluation
     recognizer = evaluation["recognizer"]
     protocol = evaluation["protocol"]
-    if "actions" in protocol:
-        judged = f"{protocol['count']} sequences of {protocol['actions']} actions, {' and '.join(protocol['kinds'])}"
-    else:
+    if "seeds" in evaluation:
         judged = f"{evaluation['count']} test clips, {len(evaluation['seeds'])} generations of each"
+    else:
+        judged = f"{protocol['count']} sequences of {protocol['actions']} actions, {' and '.join(protocol['kinds'])}"
     return (
         f"{judged}; data {str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} "
         f"{str(recognizer['fingerprint'])[:12]} knows {recognizer['test_accuracy']:.3f} of the real test clips."

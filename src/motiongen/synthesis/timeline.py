@@ -15,16 +15,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import yaml
-from jsonschema import Draft202012Validator, ValidationError
-from jsonschema.exceptions import relevance
-
+from motiongen.documents import DocumentError, read_json, read_yaml
 from motiongen.errors import InputError
+from motiongen.schemas import problem_in
 from motiongen.suggestions import did_you_mean
 
 FPS = 30.0
 LARGEST = 2**20
-"""Bytes of a document; a timeline of a thousand actions has a tenth of it."""
+"""Bytes of a document in JSON; a timeline of a thousand actions has a tenth of it."""
 ENDINGS = (".yaml", ".yml", ".json")
 Point = tuple[float, float]
 
@@ -144,22 +142,11 @@ def _line(text: str) -> Timeline:
 
 def _document(path: Path) -> Timeline:
     try:
-        size = path.stat().st_size
-    except OSError as error:
-        raise TimelineError(f"timeline: {path}: {error.strerror}") from error
-    if size > LARGEST:
-        raise TimelineError(f"{path}: larger than {LARGEST} bytes; is it a timeline?")
-    try:
-        text = path.read_text(encoding="utf-8")
-        is_json = path.suffix == ".json"
-        content = json.loads(text, object_pairs_hook=_unique) if is_json else yaml.load(text, _UniqueKeys)
-    except OSError as error:
-        raise TimelineError(f"{path}: cannot be read: {error.strerror}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise TimelineError(f"{path}: cannot be read as {path.suffix[1:]}: {_one_line(error)}") from error
-    problems = sorted(Draft202012Validator(schema()).iter_errors(content), key=relevance)
-    if problems:
-        raise TimelineError(f"{path}: {_reworded(problems[-1])}")
+        content = read_json(path, LARGEST) if path.suffix == ".json" else read_yaml(path)
+    except DocumentError as error:
+        raise TimelineError(f"{path}: {error}") from error
+    if problem := problem_in(content, schema()):
+        raise TimelineError(f"{path}: {problem}")
     start = content.get("start")
     try:
         timeline = Timeline(
@@ -222,70 +209,3 @@ def _check_path(path: Iterable[Point], where: str) -> None:
         raise TimelineError(f"{where}: has a point that is not finite")
     if len(set(points)) == 1:
         raise TimelineError(f"{where}: all its points are one; for an action in place, leave the path out")
-
-
-def _reworded(error: ValidationError) -> str:
-    """A schema's complaint in words for the person who wrote the document."""
-    field = error.json_path.removeprefix("$").removeprefix(".") or "document"
-    value, limit = error.instance, error.validator_value
-    match error.validator:
-        case "additionalProperties":
-            known = error.schema["properties"]
-            unknown = next(key for key in value if key not in known)
-            return f"{field}: has no field {unknown!r}{did_you_mean(str(unknown), known)}\n  fields: {', '.join(known)}"
-        case "required":
-            missing = next(name for name in limit if name not in value)
-            return f"{field}: the field {missing!r} is missing"
-        case "type":
-            kinds = [limit] if isinstance(limit, str) else limit
-            return f"{field}: {value!r:.60} is not {' or '.join(KINDS[kind] for kind in kinds)}"
-        case "exclusiveMinimum" | "minimum":
-            return f"{field}: {value} is not {'above' if error.validator[0] == 'e' else 'at least'} {limit}"
-        case "maximum":
-            return f"{field}: {value} is more than {limit}"
-        case "minItems" | "minLength":
-            return f"{field}: needs at least {limit}, and has {len(value)}"
-        case "maxItems":
-            return f"{field}: takes at most {limit}, and has {len(value)}"
-    return f"{field}: {error.message}"
-
-
-KINDS = {
-    "object": "a set of fields",
-    "array": "a list",
-    "string": "text",
-    "number": "a number",
-    "integer": "a whole number",
-}
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
-def _unique(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """What readers take the last of without a word."""
-    content: dict[Any, Any] = {}
-    for key, value in pairs:
-        if not isinstance(key, str):
-            raise ValueError(f"the field {key!r} is not text")
-        if key in content:
-            raise ValueError(f"the field {key!r} is there twice")
-        content[key] = value
-    return content
-
-
-class _UniqueKeys(yaml.SafeLoader):
-    """Reads mappings by `_unique`, and no aliases: a few of them, one within another, stand for millions of entries."""
-
-    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError(f"an alias (*{self.peek_event().anchor}) is not read here")
-        return super().compose_node(parent, index)
-
-
-def _mapping(loader: _UniqueKeys, node: yaml.MappingNode) -> dict[Any, Any]:
-    return _unique(loader.construct_pairs(node, deep=True))
-
-
-_UniqueKeys.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _mapping)

@@ -15,7 +15,7 @@ def run(config: DictConfig) -> None:
     with Record(config, run_folder()) as record:
         data = build_data(config)
         record.data(data)
-        runs = trained_runs(config.runs, data)
+        runs = trained_runs(config.runs, data, trust=config.trust)
         systems = {one.name: system(one.config, one.generator) for one in runs}
         record.evaluation(judge_systems(config, data, systems), grouped(runs))
     record.print_outcome()

@@ -46,7 +46,7 @@ def run(config: DictConfig) -> None:
         data = build_data(config)
         record.data(data)
         protocol: SequenceProtocol = instantiate(config.sequences)
-        runs = trained_runs(config.runs, data)
+        runs = trained_runs(config.runs, data, trust=config.trust)
         corrections: dict[str, Correction] = {name: instantiate(one) for name, one in config.corrections.items()}
         settings = [one for one in (config.recognizer, config.second_recognizer) if one is not None]
         recognizers = [obtain_recognizer(one, data, Path(config.cache)) for one in settings]

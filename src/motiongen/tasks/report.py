@@ -9,6 +9,7 @@ from omegaconf import DictConfig
 from motiongen.discovery import options
 from motiongen.evaluation.stored import alike, read_result, result_rows
 from motiongen.evaluation.table import markdown
+from motiongen.files import replacing
 from motiongen.runs import run_folder_of
 from motiongen.studies.naming import study_folder
 
@@ -84,5 +85,6 @@ def _title(study: str) -> str:
 
 
 def _written(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
+    with replacing(path) as partial:
+        partial.write_text(text, encoding="utf-8")
     return path

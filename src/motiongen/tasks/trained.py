@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from motiongen.configuration import compose
 from motiongen.contracts import GeneratorModule
 from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.leaks import refuse_trained_clips
+from motiongen.evaluation.stored import read_summary
 from motiongen.generation.checkpoint import load_generator
 from motiongen.runs import GENERATOR_FILE, SUMMARY_FILE, run_folder_of, stored_overrides
 from motiongen.tasks.assembly import build_generator
@@ -31,17 +31,23 @@ class TrainedRun:
     generator: GeneratorModule
 
 
-def trained_runs(named: Iterable[str], data: MotionData) -> list[TrainedRun]:
+def trained_runs(named: Iterable[str], data: MotionData, *, trust: bool) -> list[TrainedRun]:
     """The runs in these folders, in order.
 
+    Args:
+        named: the folders.
+        data: that they are judged on.
+        trust: whether the runs may name code that no installed option offers.
+
     Raises:
-        RunError: a folder is not that of a run.
+        RunError: a folder is not that of a run, or names such code.
+        ConfigurationError: what a run was started with is no configuration any more.
         CheckpointError: a generator is missing or was made for other tags.
         LeakError: one was trained on test clips of this data.
     """
     runs: list[TrainedRun] = []
     for folder in map(run_folder_of, named):
-        config = compose([text for text in stored_overrides(folder, "runs") if not text.startswith("hydra.")])
+        config = compose(stored_overrides(folder, "runs", trust=trust))
         generator = build_generator(config, data)
         refuse_trained_clips(load_generator(folder / GENERATOR_FILE, generator, data.tags), data)
         composition = _composition(folder, config)
@@ -62,7 +68,6 @@ def grouped(runs: Iterable[TrainedRun]) -> dict[str, list[str]]:
 
 def _composition(folder: Path, config: DictConfig) -> str:
     """The experiment's name, and what stands behind the seed in the run's: what the command line changed."""
-    summary = folder / SUMMARY_FILE
-    name = str(json.loads(summary.read_text(encoding="utf-8"))["name"]) if summary.is_file() else ""
+    name = str(read_summary(folder).get("name", "")) if (folder / SUMMARY_FILE).is_file() else ""
     _, _, changed = name.partition(f"-s{config.seed}-")
     return f"{config.name}-{changed}" if changed else str(config.name)

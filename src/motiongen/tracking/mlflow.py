@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from filelock import FileLock
 
-from motiongen.runs import RUN_ID_FILE
+from motiongen.runs import RUN_ID_FILE, run_id_in
 from motiongen.tracking.tracker import Status
 
 if TYPE_CHECKING:
@@ -165,12 +165,6 @@ class MlflowTracker:
         if self.uri.startswith("http"):
             return f"open {self.uri.rstrip('/')}{page}"
         return f"mlflow ui --backend-store-uri {self.uri}\nthen open http://localhost:5000{page}"
-
-
-def run_id_in(folder: Path) -> str:
-    """The id of the run that was begun in a folder; empty if there is none."""
-    file = folder / RUN_ID_FILE
-    return file.read_text(encoding="utf-8").strip() if file.is_file() else ""
 
 
 def flattened(config: Mapping[str, Any]) -> dict[str, str]:

@@ -127,7 +127,7 @@ def test_settings_overrule_what_the_files_show(tmp_path: Path) -> None:
         ({"joints": dict(CONVENTIONS["smpl"]), "metres": -1}, "metres: -1 is not a length"),
         ({"joints": dict(CONVENTIONS["smpl"]), "align": {"pelvis": 3}}, "align: KeyError"),
         (
-            {"joints": dict(CONVENTIONS["smpl"]), "align": dict.fromkeys(JOINT_NAMES, np.ones((3, 3)).tolist())},
+            {"joints": dict(CONVENTIONS["smpl"]), "align": {joint: np.ones((3, 3)).tolist() for joint in JOINT_NAMES}},
             "align: not a rotation matrix",
         ),
         ({"joint": {}}, "joint: there is no such field"),

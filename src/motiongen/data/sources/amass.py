@@ -30,6 +30,7 @@ RATES = {"BMLhandball": 240.0, "20160930_50032": 59.0, "20161014_50033": 59.0}
 """Folders whose files name another frame rate than they were recorded at, and the right one."""
 REST_PELVIS = {"smplh": NEUTRAL.rest_pelvis, "smplx": (0.003, -0.351, 0.012)}
 """J0 of the neutral mean bodies, metres; that of other genders and shapes is within a few centimetres."""
+MOST_BETAS = 1000
 LEG_LENGTH = 0.78
 """Of SMPL's neutral mean body, metres."""
 
@@ -111,13 +112,13 @@ def read_amass(path: Path, people: People) -> Tensor:
     trans = per_frame(path, content, "trans", 3)
     if len(turns) != len(trans):
         raise DataError(f"{path}: {len(turns)} frames of poses and {len(trans)} of 'trans'")
-    model = _word(content, "surface_model_type", "smplx" if "root_orient" in content else "smplh")
-    gender = _word(content, "gender", "neutral")
+    model = _word(path, content, "surface_model_type", "smplx" if "root_orient" in content else "smplh")
+    gender = _word(path, content, "gender", "neutral")
     if model not in REST_PELVIS or gender not in ("neutral", "female", "male"):
-        raise DataError(f"{path}: a {gender} {model} body is none that AMASS has")
+        raise DataError(f"{path}: a {gender:.40} {model:.40} body is none that AMASS has")
     betas = content.get("betas", np.zeros(0))
-    if betas.dtype.kind not in "fiu" or not np.isfinite(betas).all():
-        raise DataError(f"{path}: field 'betas' is not of finite numbers")
+    if betas.dtype.kind not in "fiu" or betas.ndim > 2 or betas.size > MOST_BETAS or not np.isfinite(betas).all():
+        raise DataError(f"{path}: field 'betas' is not of finite numbers, at most {MOST_BETAS}")
     person = people.person(model, gender, tuple(map(float, betas.ravel())))
     pelvis = (trans + person.rest_pelvis) * (people.skeleton.leg_length / person.leg_length)
     local = roma.rotvec_to_rotmat(turns.reshape(-1, JOINTS, 3))
@@ -135,11 +136,14 @@ def checksums(path: Path) -> list[tuple[str, int, int]]:
     try:
         with zipfile.ZipFile(required(path)) as file:
             return [(member.filename, member.file_size, member.CRC) for member in file.infolist()]
-    except zipfile.BadZipFile:
-        content = path.read_bytes()
-        return [(path.name, len(content), zlib.crc32(content))]
+    except DataError:
+        raise
     except OSError as error:
         raise DataError(f"{path}: cannot be read: {error.strerror}") from error
+    except Exception:
+        # A damaged directory can make zipfile raise nearly anything.
+        content = path.read_bytes()
+        return [(path.name, len(content), zlib.crc32(content))]
 
 
 def _rate(path: Path, content: dict[str, Any]) -> float:
@@ -151,11 +155,16 @@ def _rate(path: Path, content: dict[str, Any]) -> float:
         raise DataError(f"{path}: field 'mocap_framerate' is missing")
     rate = float(given.item()) if given.size == 1 and given.dtype.kind in "fiu" else math.nan
     if not 0 < rate < math.inf:
-        raise DataError(f"{path}: field 'mocap_framerate': {given} is not a frame rate")
+        raise DataError(f"{path}: field 'mocap_framerate': {given!s:.100} is not a frame rate")
     return rate
 
 
-def _word(content: dict[str, Any], field: str, otherwise: str) -> str:
+def _word(path: Path, content: dict[str, Any], field: str, otherwise: str) -> str:
     """A field of one word, which some files store as bytes."""
-    value = np.asarray(content.get(field, otherwise)).ravel().astype(str)
-    return str(value[0]) if len(value) else otherwise
+    array = np.asarray(content.get(field, otherwise))
+    if array.dtype.kind not in "SU" or array.ndim > 1:
+        raise DataError(f"{path}: field {field!r} is not a word")
+    if not array.size:
+        return otherwise
+    value = array.ravel()[0]
+    return value.decode("latin1") if isinstance(value, bytes) else str(value)

@@ -17,6 +17,7 @@ from motiongen.data.sources import babel_mag
 from motiongen.data.sources.amass import People, checksums, read_amass
 from motiongen.data.sources.files import digest, read_json, required
 from motiongen.data.sources.retarget import FPS
+from motiongen.files import is_file
 from motiongen.motion.skeleton import Skeleton
 from motiongen.options import PositiveInt
 
@@ -33,6 +34,8 @@ TRAVELS = frozenset(
     {"walk", "run", "jog", "jump", "hop", "step", "move up/down incline"}
     | {"forward movement", "backwards movement", "sideways movement"}
 )
+MOST_LABELS = 2000
+"""Labels that a recording may have; each is compared with all others."""
 SHOWN = 5
 """Missing files that a message names."""
 
@@ -143,7 +146,7 @@ class Babel(Divisible):
             if not isinstance(content, dict):
                 raise DataError(f"{file}: holds a {type(content).__name__}, not an entry per recording")
             for sid, entry in content.items():
-                where = f"{file}: {sid}"
+                where = f"{file}: {sid:.100}"
                 named, labels = _read_entry(where, entry)
                 path = self._find(where, named)
                 if path is None:
@@ -151,7 +154,7 @@ class Babel(Divisible):
                 elif path not in found:
                     found[path] = _Recording(path, FILES[name], tuple(self._segments(labels)))
         if missing:
-            names = ", ".join(missing[:SHOWN]) + (", ..." if len(missing) > SHOWN else "")
+            names = ", ".join(f"{name:.200}" for name in missing[:SHOWN]) + (", ..." if len(missing) > SHOWN else "")
             if not found:
                 raise DataError(
                     f"{self._amass}: none of the {len(missing)} recordings that BABEL labels is there: {names}; "
@@ -164,12 +167,12 @@ class Babel(Divisible):
         """The file of a `feat_p`, with or without its first folder, under the names of either release of AMASS."""
         parts = PurePosixPath(named).parts
         if not parts or ".." in parts or PurePosixPath(named).is_absolute():
-            raise DataError(f"{where}: feat_p: {named!r} is not a path in AMASS's folder")
+            raise DataError(f"{where}: feat_p: {named!r:.200} is not a path in AMASS's folder")
         renamed = tuple(ALIASES.get(part, part) for part in parts)
         for candidate in (parts, parts[1:], renamed, renamed[1:]):
             path = self._amass.joinpath(*candidate)
             for file in (path, path.with_name(path.name.replace("_poses.npz", "_stageii.npz"))):
-                if file.is_file():
+                if is_file(file):
                     return file
         return None
 
@@ -190,7 +193,10 @@ def _read_entry(where: str, entry: Any) -> tuple[str, list[_Label]]:
         frame = entry.get("frame_ann") or next(filter(None, entry.get("frame_anns") or ()), None)
         annotation = frame or entry.get("seq_ann") or next(filter(None, entry.get("seq_anns") or ()), None)
         labels = []
-        for row in annotation["labels"] if annotation else ():
+        rows = annotation["labels"] if annotation else ()
+        if len(rows) > MOST_LABELS:
+            raise DataError(f"{where}: labels: {len(rows)} are more than {MOST_LABELS}")
+        for row in rows:
             start, stop = (row["start_t"], row["end_t"]) if frame else (0.0, entry["dur"])
             if not (math.isfinite(start) and math.isfinite(stop)):
                 raise DataError(f"{where}: a label lasts from {start} to {stop}")
@@ -200,8 +206,8 @@ def _read_entry(where: str, entry: Any) -> tuple[str, list[_Label]]:
             if categories and words != TRANSITION and first < last:
                 labels.append(_Label(first, last, words, categories))
         return str(entry["feat_p"]), labels
-    except (KeyError, TypeError, AttributeError) as error:
-        raise DataError(f"{where}: {type(error).__name__}: {error}") from error
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
+        raise DataError(f"{where}: {type(error).__name__}: {error!s:.500}") from error
 
 
 def _most_frequent(recordings: Iterable[_Recording], count: int | None) -> frozenset[str]:

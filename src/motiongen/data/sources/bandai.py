@@ -17,8 +17,9 @@ from torch import Tensor
 from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.bvh import Bvh, read_bvh
-from motiongen.data.sources.files import digest, read_json, read_table, required
+from motiongen.data.sources.files import LARGEST_VALUE, digest, read_json, read_table, read_text
 from motiongen.data.sources.retarget import features, smpl_pose
+from motiongen.files import is_file
 from motiongen.motion.resampling import resample
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, PARENTS, Skeleton
 
@@ -104,24 +105,30 @@ def _mapping(path: Path) -> tuple[list[str], Tensor, Tensor]:
             raise DataError(f"{path}: joints: not SMPL's 22 body joints")
         # spine2 has no counterpart and keeps to spine1, so that its local rotation is the identity.
         joints = [row["bvh"] or rows[JOINT["spine1"]]["bvh"] for row in rows]
-        align = torch.tensor([row["align"] for row in rows], dtype=torch.float64).reshape(-1, 3, 3)
-        rest = torch.tensor([row["rest_m"] for row in rows], dtype=torch.float64).reshape(-1, 3)
+        align = torch.tensor([row["align"] for row in rows], dtype=torch.float64).reshape(len(rows), 3, 3)
+        rest = torch.tensor([row["rest_m"] for row in rows], dtype=torch.float64).reshape(len(rows), 3)
     except (KeyError, TypeError, ValueError, RuntimeError, OverflowError) as error:
         if isinstance(error, DataError):
             raise
-        raise DataError(f"{path}: joints: {type(error).__name__}: {error}") from error
+        raise DataError(f"{path}: joints: {type(error).__name__}: {error!s:.500}") from error
+    if not all(isinstance(name, str) for name in joints):
+        raise DataError(f"{path}: joints: bvh is not a name for each")
+    if not (align @ align.mT - torch.eye(3)).abs().max() < 1e-3 or not (rest.abs() < LARGEST_VALUE).all():
+        raise DataError(f"{path}: joints: align is not a rotation for each, or rest_m not a place")
     return joints, align, rest
 
 
 def _clips(root: Path) -> list[_Clip]:
-    for row in read_table(root / "manifest.csv", ("path",)) if (root / "manifest.csv").is_file() else []:
-        required(root / row["path"])
+    manifest = root / "manifest.csv"
+    for row in read_table(manifest, ("path",)) if manifest.is_file() else []:
+        if not is_file(root / row["path"]):
+            raise DataError(f"{manifest}: path: {row['path'][:200]}: the file is missing from the data set")
     notes = read_table(root / "clip_notes.csv", ("clip", "kind", "note"))
     unusable = {row["clip"] for row in notes if row["kind"] in UNUSABLE}
     labelled: dict[Path, str] = {}
     for folder in FOLDERS:
         # The lines read "dataset-2_walk": the two parts share tags.
-        lines = required(root / folder / "cfg" / "content_label.txt").read_text(encoding="utf-8").split()
+        lines = read_text(root / folder / "cfg" / "content_label.txt", errors="strict").split()
         contents = [line.split("_", 1)[-1] for line in lines]
         for path in sorted((root / folder / "data").glob("*.bvh")):
             if path.stem not in unusable:
@@ -136,7 +143,9 @@ def _label(path: Path, contents: list[str]) -> str:
     content = read_json(path)
     index = content.get("content") if isinstance(content, dict) else None
     if not isinstance(index, int) or not 0 <= index < len(contents):
-        raise DataError(f"{path}: content: {index!r} is not a line number below {len(contents)} of content_label.txt")
+        raise DataError(
+            f"{path}: content: {index!r:.100} is not a line number below {len(contents)} of content_label.txt"
+        )
     return contents[index]
 
 

@@ -20,6 +20,7 @@ from motiongen.data.sources.bvh import Bvh
 from motiongen.data.sources.bvh_names import OPTIONAL, Names, guess_names
 from motiongen.data.sources.rest_pose import align_from_motion, align_from_zero_pose, is_upright
 from motiongen.data.sources.retarget import WORLD_FROM_Y_UP
+from motiongen.documents import DocumentError, read_yaml
 from motiongen.motion.skeleton import JOINT, JOINT_NAMES, JOINTS, PARENTS
 
 Up = Literal["y", "z"]
@@ -199,9 +200,9 @@ def read_mapping(path: Path) -> tuple[Names, Up | None, float | None, Tensor | N
 
 def _read_yaml(path: Path) -> dict[Any, Any]:
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-        raise DataError(f"{path}: cannot be read as YAML: {' '.join(str(error).split())}") from error
+        content = read_yaml(path)
+    except DocumentError as error:
+        raise DataError(f"{path}: {error}") from error
     if not isinstance(content, dict):
         raise DataError(f"{path}: not a set of fields")
     return content

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
@@ -30,7 +31,11 @@ ELBOW_TWIST = 30.0
 """Degrees about the arm by which the elbows' hinges lie off the vertical of SMPL's T-pose (axes 180, -+30, -+90)."""
 FOOT_PITCH = 20.0
 """Degrees from the ankle down to the toes in the T-pose: as measured where both stand still on the floor."""
+LONGEST = 10.0
+"""Metres of a bone; some of the skeleton's have none, and are joints alone."""
 PELVIS, NECK, HEAD = JOINT["pelvis"], JOINT["neck"], JOINT["head"]
+BENT = [JOINT[f"{side}_{joint}"] for side in ("left", "right") for joint in ("knee", "ankle", "foot")]
+"""Ends of the bones that are turned into the T-pose"""
 
 
 @dataclass(frozen=True)
@@ -168,6 +173,10 @@ class CmuMocap6(Divisible):
             while last != self._joints[parent]:
                 bone, last = bone + bones[last].offset[subject], bones[last].parent
             offsets[joint] = align[parent] @ bone
+        if not align.isfinite().all() or not offsets[[*BENT, HEAD]].norm(dim=1).all():
+            raise DataError(
+                f"{self._root / 'skeleton.json'}: joints: subject {subject:.100}: a leg or the neck is none"
+            )
         return _Rest(align, Skeleton(offsets.float()))
 
     def _segments(self, path: Path, frames: int) -> tuple[Segment, ...]:
@@ -175,7 +184,7 @@ class CmuMocap6(Divisible):
         words = read_text(path).split()
         wrong = next((place for place, word in enumerate(words) if word not in self._actions), None)
         if wrong is not None:
-            raise DataError(f"{path}: label {wrong}: {words[wrong]!r} is none of {', '.join(self._actions)}")
+            raise DataError(f"{path}: label {wrong}: {words[wrong]!r:.100} is none of {', '.join(self._actions)}")
         if len(words) * (SOURCE_FPS // LABEL_FPS) < frames:
             raise DataError(f"{path}: {len(words)} labels for {frames} frames; is the file cut?")
         segments, start = [], 0
@@ -197,16 +206,38 @@ def _skeleton(path: Path) -> tuple[dict[str, str], dict[str, _Bone], list[str]]:
         for name, row in content["joints"].items():
             if row["parent"] != "root" and row["parent"] not in bones:
                 raise DataError(f"{path}: joints: {name}: parent {row['parent']} does not come before it")
-            axis = torch.tensor(row["axis_deg"], dtype=torch.float64)
+            axis = torch.tensor(row["axis_deg"], dtype=torch.float64).reshape(3)
             offsets = {
                 subject: torch.tensor(offset, dtype=torch.float64).reshape(3) * METRES
                 for subject, offset in row["offset"].items()
             }
+            if re.fullmatch("x?y?z?", row["dof"]) is None:
+                raise DataError(f"{path}: joints: {name:.100}: dof: {row['dof']:.100}: not axes in the order x, y, z")
             bones[name] = _Bone(row["parent"], row["dof"], roma.euler_to_rotmat("xyz", axis, degrees=True), offsets)
+            _check_bone(f"{path}: joints: {name:.100}", bones[name], next(iter(bones.values())).offset.keys())
         joints = [content["smpl22"][name] for name in JOINT_NAMES]
-        unknown = set(joints) - {"root", *bones}
-        if unknown:
-            raise DataError(f"{path}: smpl22: no joint {min(unknown)}")
+        for joint, parent in zip(joints, PARENTS, strict=True):
+            above = _above(joint, bones)
+            if joint != "root" if parent < 0 else joints[parent] not in above:
+                raise DataError(f"{path}: smpl22: {joint:.100}: is not a joint below that of its parent")
     except (KeyError, TypeError, ValueError, AttributeError, RuntimeError, OverflowError) as error:
-        raise DataError(f"{path}: {type(error).__name__}: {error}") from error
+        if isinstance(error, DataError):
+            raise
+        raise DataError(f"{path}: {type(error).__name__}: {error!s:.500}") from error
     return actions, bones, joints
+
+
+def _check_bone(where: str, bone: _Bone, subjects: Set[str]) -> None:
+    if bone.offset.keys() != subjects or not subjects:
+        raise DataError(f"{where}: offset: not one for each subject")
+    if not bone.axes.isfinite().all() or not all(offset.norm() <= LONGEST for offset in bone.offset.values()):
+        raise DataError(f"{where}: axis_deg or offset: not that of a person's bone")
+
+
+def _above(joint: str, bones: Mapping[str, _Bone]) -> list[str]:
+    """The bones on the way from a joint to the root, which comes last."""
+    way: list[str] = []
+    while joint != "root":
+        joint = bones[joint].parent
+        way.append(joint)
+    return way

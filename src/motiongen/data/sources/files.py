@@ -15,6 +15,8 @@ from motiongen.files import is_file
 
 LARGEST_FILE = 2**30
 """Bytes of a file that is read as a whole."""
+LARGEST_JSON = 2**28
+"""Bytes of a JSON file, whose content takes some ten times as much; BABEL's largest has a fifth of it."""
 LARGEST_VALUE = 1e7
 """Degrees or units of length; beyond it, a file is damaged."""
 
@@ -47,20 +49,20 @@ def read_json(path: Path) -> Any:
         DataError: the file is missing, too large or not JSON.
     """
     try:
-        return json.loads(read_text(path, errors="strict"))
+        return json.loads(read_text(path, errors="strict", largest=LARGEST_JSON))
     except (ValueError, RecursionError) as error:
         raise error if isinstance(error, DataError) else DataError(f"{path}: not a JSON file: {error}") from error
 
 
-def read_text(path: Path, errors: Literal["strict", "replace"] = "replace") -> str:
+def read_text(path: Path, errors: Literal["strict", "replace"] = "replace", largest: int = LARGEST_FILE) -> str:
     """A file's text, UTF-8.
 
     Raises:
         DataError: the file is missing, unreadable or too large, or not UTF-8 where errors are not replaced.
     """
     try:
-        if required(path).stat().st_size > LARGEST_FILE:
-            raise DataError(f"{path}: larger than {LARGEST_FILE} bytes")
+        if required(path).stat().st_size > largest:
+            raise DataError(f"{path}: larger than {largest} bytes")
         return path.read_text(encoding="utf-8", errors=errors)
     except UnicodeDecodeError as error:
         raise DataError(f"{path}: not UTF-8 text: {error}") from error
@@ -69,20 +71,22 @@ def read_text(path: Path, errors: Literal["strict", "replace"] = "replace") -> s
 
 
 def read_table(path: Path, columns: Iterable[str]) -> list[dict[str, str]]:
-    """The rows of a CSV file with a header.
+    """These columns of the rows of a CSV file with a header.
 
     Raises:
         DataError: the file is missing or no CSV file, or a row lacks one of the columns.
     """
-    reader = csv.DictReader(read_text(path, errors="strict").splitlines(keepends=True))
+    reader = csv.reader(read_text(path, errors="strict").splitlines(keepends=True))
     try:
-        rows = list(reader)
+        header, *rows = [row for row in reader if row] or [[]]
     except csv.Error as error:
         raise DataError(f"{path}:{reader.line_num}: {error}") from error
+    places = {}
     for column in columns:
-        if column not in (reader.fieldnames or ()) or not all(isinstance(row[column], str) for row in rows):
+        if column not in header or any(len(row) <= header.index(column) for row in rows):
             raise DataError(f"{path}: column {column!r} is missing")
-    return rows
+        places[column] = header.index(column)
+    return [{column: row[place] for column, place in places.items()} for row in rows]
 
 
 def is_finite(word: str) -> bool:

@@ -102,5 +102,7 @@ class HumanAct12:
             raise DataError(f"{self._file}: fields 'poses', 'joints3D' and 'y' are not of the same length")
         for index, label in enumerate(content["y"]):
             if not isinstance(label, int | np.integer) or not 0 <= label < len(TAGS):
-                raise DataError(f"{self._file}: clip {index}: field 'y' is {label!r}, not 0 to {len(TAGS) - 1}")
+                plain = isinstance(label, int | float | str | np.generic)
+                told = f"{label!r:.100}" if plain else f"a {type(label).__name__}"
+                raise DataError(f"{self._file}: clip {index}: field 'y' is {told}, not 0 to {len(TAGS) - 1}")
         return content

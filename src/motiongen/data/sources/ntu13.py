@@ -11,7 +11,8 @@ from motiongen.data.clips import DataError, Divisible, Job, Segment, Sequence
 from motiongen.data.roots import check_root
 from motiongen.data.sources.arrays import per_frame, read_plain_pickle
 from motiongen.data.sources.camera import upright, vibe_pelvis
-from motiongen.data.sources.files import digest, required
+from motiongen.data.sources.files import digest, read_text
+from motiongen.files import is_file
 from motiongen.motion.bodies import makehuman
 from motiongen.motion.skeleton import JOINTS, Skeleton
 
@@ -58,7 +59,7 @@ class Ntu13(Divisible):
 
     def __init__(self, *, root: str) -> None:
         self._root = check_root(root)
-        lines = required(self._root / LIST).read_text(encoding="utf-8").splitlines()
+        lines = read_text(self._root / LIST, errors="strict").splitlines()
         self._files = [self._listed(line.strip()) for line in lines if line.strip()]
         self._skeleton = makehuman().skeleton
 
@@ -97,9 +98,11 @@ class Ntu13(Divisible):
         yield Sequence(name, performer[0] if performer else name, pose, (Segment(0, len(pose), (_tag(file),)),))
 
     def _listed(self, line: str) -> Path:
-        path = required(self._root / line)
+        path = self._root / line
+        if not is_file(path):
+            raise DataError(f"{self._root / LIST}: {line:.200}: the file is missing from the data set")
         if not path.resolve().is_relative_to(self._root.resolve()):
-            raise DataError(f"{self._root / LIST}: file {line!r} lies outside the folder")
+            raise DataError(f"{self._root / LIST}: file {line!r:.200} lies outside the folder")
         _tag(path)
         return path
 

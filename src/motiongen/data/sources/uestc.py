@@ -16,7 +16,7 @@ from motiongen.data.clips import DataError, Segment, Sequence, Side
 from motiongen.data.roots import check_root
 from motiongen.data.sources.arrays import per_frame, read_plain_pickle
 from motiongen.data.sources.camera import upright, vibe_pelvis
-from motiongen.data.sources.files import digest, required
+from motiongen.data.sources.files import digest, read_text, required
 from motiongen.motion.bodies import makehuman
 from motiongen.motion.skeleton import JOINTS, Skeleton
 from motiongen.options import PositiveInt
@@ -25,7 +25,8 @@ PARSER_VERSION = 1
 """Counted up whenever the same files give other features or labels, so that older stores are not taken for new ones."""
 
 FPS = 30.0
-VIDEO = re.compile(r"a(\d+)_d(\d+)_p(\d{3})_c(\d+)_color\.avi")
+VIDEO = re.compile(r"a(\d{1,3})_d(\d{1,3})_p(\d{3})_c(\d{1,3})_color\.avi", re.ASCII)
+FRAMES = re.compile(r"\d{1,9}", re.ASCII)
 """Action from 0, view, subject and side."""
 SUBJECTS = 118
 TRAINING_SUBJECTS = frozenset(
@@ -130,9 +131,9 @@ class Uestc:
         for index, (name, number) in enumerate(zip(names, frames, strict=True)):
             match = VIDEO.fullmatch(name)
             if match is None or not int(match[1]) < len(self._tags) or not 1 <= int(match[3]) <= SUBJECTS:
-                raise DataError(f"{info / 'names.txt'}:{index + 1}: {name!r} is not the name of a video")
-            if not number.isdecimal():
-                raise DataError(f"{info / 'num_frames_min.txt'}:{index + 1}: {number!r} is not a number of frames")
+                raise DataError(f"{info / 'names.txt'}:{index + 1}: {name!r:.100} is not the name of a video")
+            if FRAMES.fullmatch(number) is None:
+                raise DataError(f"{info / 'num_frames_min.txt'}:{index + 1}: {number!r:.100} is not a number of frames")
             video = _Video(index, name, int(number), *map(int, match.groups()))
             goes_round = video.side != FRONT and video.view == WHOLE_CIRCLE
             too_short = _side(video) == "train" and video.frames < self._shortest
@@ -141,7 +142,7 @@ class Uestc:
         return videos
 
     def _lines(self, name: str) -> list[str]:
-        return required(self._root / "info" / name).read_text(encoding="utf-8").splitlines()
+        return read_text(self._root / "info" / name, errors="strict").splitlines()
 
 
 def _side(video: _Video) -> Side:

@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from motiongen.arrays import LARGEST, read_npz
+from motiongen.arrays import read_npz
 from motiongen.errors import InputError
 from motiongen.files import is_file
 from motiongen.motion.bodies.body import Body, SmplModel
@@ -26,6 +26,10 @@ Array = NDArray[np.float64]
 
 FIELDS = ("v_template", "shapedirs", "posedirs", "J_regressor", "kintree_table", "weights", "f")
 LARGEST_VALUE = 1e9
+LEAST_WEIGHT = 1e-6
+"""Of all joints together on a vertex; model files have 1."""
+MOST_DENSE = 2**24
+"""Entries of a matrix that is stored as a sparse one; SMPL-X's has a twentieth of them."""
 SMPLH_JOINTS, SMPLX_JOINTS = 52, 55
 
 
@@ -58,8 +62,8 @@ def smpl(
     weights = _array(path, arrays, "weights", (count, total))
     faces = _array(path, arrays, "f", (None, 3)).astype(np.int64)
     parents = _parents(path, tree)
-    if weights.sum(axis=1).min() <= 0:
-        raise BodyFileError(f"{path}: weights has a vertex that follows no joint")
+    if weights.min() < 0 or weights.sum(axis=1).min() < LEAST_WEIGHT:
+        raise BodyFileError(f"{path}: weights has a vertex that follows no joint, or flees from one")
     if poses.shape[2] < 9 * (JOINTS - 1):
         raise BodyFileError(f"{path}: posedirs has {poses.shape[2]} columns, fewer than {9 * (JOINTS - 1)}")
     if len(betas) > shapes.shape[2]:
@@ -108,11 +112,15 @@ def _array(path: Path, arrays: Mapping[str, Any], name: str, shape: tuple[int | 
         raise BodyFileError(f"{path}: the field {name} is missing (a body model has {', '.join(FIELDS)})")
     try:
         array = np.asarray(_dense(arrays[name]), dtype=np.float64)
-    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-        raise BodyFileError(f"{path}: the field {name} is not an array of numbers: {error}") from error
+    except Exception as error:
+        # What a stranger's pickle puts into a sparse matrix can raise nearly anything.
+        told = f"{type(error).__name__}: {error!s:.500}"
+        raise BodyFileError(f"{path}: the field {name} is not an array of numbers: {told}") from error
     if array.ndim != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape, strict=True)):
         expected = "(" + ", ".join("*" if want is None else str(want) for want in shape) + ")"
         raise BodyFileError(f"{path}: the field {name} has shape {array.shape}, not {expected}")
+    if not array.size and name != "shapedirs":
+        raise BodyFileError(f"{path}: the field {name} is empty")
     # NaN compares false. Whatever is larger would not be finite as float32 once it is summed up.
     if name != "kintree_table" and not (np.abs(array) <= LARGEST_VALUE).all():
         raise BodyFileError(f"{path}: the field {name} has values that are not finite, or beyond {LARGEST_VALUE:g}")
@@ -168,9 +176,12 @@ def _dense(value: Any) -> Any:
         state = value.state
         shape = state["_shape"] if "_shape" in state else state["shape"]
         pointers = np.asarray(state["indptr"])
-        minor, major = np.asarray(state["indices"]), np.repeat(np.arange(len(pointers) - 1), np.diff(pointers))
-        if math.prod(shape) > LARGEST:
+        minor, counts = np.asarray(state["indices"]), np.diff(pointers)
+        if math.prod(shape) > MOST_DENSE:
             raise ValueError(f"{shape} is too large")
+        if counts.min() < 0 or counts.sum() != len(minor):
+            raise ValueError(f"{len(minor)} entries in columns of {counts.sum()}")
+        major = np.repeat(np.arange(len(counts)), counts)
         dense = np.zeros(shape)
         np.add.at(dense, (minor, major) if isinstance(value, _SparseColumns) else (major, minor), state["data"])
         return dense

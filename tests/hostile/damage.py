@@ -1,4 +1,4 @@
-"""Damaged and hostile content for readers of files."""
+"""Damaged and hostile bytes for readers of files."""
 
 from __future__ import annotations
 
@@ -66,29 +66,43 @@ edits = st.one_of(
 )
 
 
-def _edited(content: bytes, changes: list[Edit]) -> bytes:
-    for change in changes:
-        content = change(content)
-    return content
+def _edited(changes: list[Edit]) -> Edit:
+    def edit(content: bytes) -> bytes:
+        for change in changes:
+            content = change(content)
+        return content
+
+    return edit
 
 
-def _edited_member(archive: bytes, at: float, changes: list[Edit]) -> bytes:
+def _edited_member(at: float, change: Edit) -> Edit:
     """A ZIP file that is right, with something wrong in it."""
-    with zipfile.ZipFile(io.BytesIO(archive)) as file:
-        members = {info.filename: file.read(info) for info in file.infolist()}
-    name = list(members)[int(at * len(members))]
-    members[name] = _edited(members[name], changes)
-    target = io.BytesIO()
-    with zipfile.ZipFile(target, "w") as file:
-        for member, content in members.items():
-            file.writestr(member, content)
-    return target.getvalue()
+
+    def edit(archive: bytes) -> bytes:
+        with zipfile.ZipFile(io.BytesIO(archive)) as file:
+            members = {info.filename: file.read(info) for info in file.infolist()}
+        name = list(members)[int(at * len(members))]
+        members[name] = change(members[name])
+        target = io.BytesIO()
+        with zipfile.ZipFile(target, "w") as file:
+            for member, content in members.items():
+                file.writestr(member, content)
+        return target.getvalue()
+
+    return edit
 
 
-def damaged(valid: bytes) -> st.SearchStrategy[bytes]:
-    """Any bytes, or this content with a few things wrong; of ZIP files, also with wrong content in right wrapping."""
-    few = st.lists(edits, min_size=1, max_size=4)
-    ways = [st.binary(max_size=300), st.builds(_edited, st.just(valid), few)]
-    if valid.startswith(b"PK"):
-        ways += 2 * [st.builds(_edited_member, st.just(valid), place, few)]
+def _in_place_of(content: bytes) -> Edit:
+    return lambda valid: content
+
+
+def damages(*, in_zip: bool) -> st.SearchStrategy[Edit]:
+    """What makes any bytes of a file, or a few things of it wrong; of ZIP files, also wrong content in right wrapping.
+
+    Descriptions are drawn and not the files: Hypothesis keeps in memory whatever is drawn.
+    """
+    few = st.lists(edits, min_size=1, max_size=4).map(_edited)
+    ways = [st.binary(max_size=300).map(_in_place_of), few]
+    if in_zip:
+        ways += 2 * [st.builds(_edited_member, place, few)]
     return st.one_of(ways)
