@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motiongen.data.clips import DataError, Sequence, Side
-from motiongen.data.splits import Clip, Split, split, validation_split
+from motiongen.data.splits import Clip, Split, all_clips, split, validation_split
 from motiongen.data.store import ClipStore
 from tests.data.corpus import ListedSource, session
 
@@ -65,12 +65,26 @@ def test_promises_of_every_split(tmp_path: Path, corpus: object, seed: int) -> N
         assert train[tag] >= 1
         assert 1 <= test[tag] <= 9
         assert train[tag] + test[tag] >= 5
-    # Nothing that could be used is lost, and nothing is used twice.
+    # Nothing is used twice, and nothing is lost but what a tag has beyond the cap.
     clips = [*result.train, *result.test]
     assert len(set(clips)) == len(clips)
-    segments = [tags for sequence in store.sequences for tags in (own.tags for own in sequence.segments)]
-    assert len(clips) == sum(bool(set(tags) & set(result.tags)) for tags in segments)
+    for clip in set(all_clips(store, 20)) - set(clips):
+        assert not set(tags_of(store, clip)) & set(result.tags) or any(test[tag] == 9 for tag in tags_of(store, clip))
+        assert store.sequences[clip.sequence].group not in groups[0]
     assert split(store, seed, test_cap=9) == result
+
+
+def test_rare_tags_are_tested_on_their_share_where_frequent_ones_are_capped(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    rows = [(f"s{number}", f"s{number}", ["walk"] * 9 + [str(rng.choice(("bow", "kick")))]) for number in range(60)]
+    store = store_of(rows, tmp_path)
+    result = split(store, 0, test_cap=10)
+    train, test = counts(store, result.train), counts(store, result.test)
+    for tag in ("bow", "kick"):
+        assert test[tag] == min(10, round(0.2 * (train[tag] + test[tag])))
+    assert test["walk"] == 10
+    # The rest of the tested sessions is on neither side.
+    assert train["walk"] == 9 * sum(train[tag] for tag in ("bow", "kick"))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -85,8 +99,8 @@ def test_no_clip_changes_sides_with_the_shortest_length(tmp_path: Path, seed: in
     sides = [split(store, seed, min_frames=shortest) for shortest in (1, 20, 60)]
     for longer, shorter in pairwise(reversed(sides)):
         assert longer.tags == shorter.tags
-        for kept, all_clips in ((longer.train, shorter.train), (longer.test, shorter.test)):
-            assert set(kept) <= set(all_clips)
+        for kept, every in ((longer.train, shorter.train), (longer.test, shorter.test)):
+            assert set(kept) <= set(every)
         assert len(longer.train) < len(shorter.train)
     assert all(len(clip) >= 60 for clip in (*sides[2].train, *sides[2].test))
 

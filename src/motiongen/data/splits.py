@@ -81,6 +81,8 @@ def split(
     closer to their targets, the group that does so most for each of its clips. Clips of SPLIT_FRAMES decide; which of
     them `min_frames` keeps has no influence, so that no clip changes sides with it.
 
+    Groups hold frequent tags beside rare ones. What they have of a frequent tag beyond `test_cap` is on neither side.
+
     A data set's own split (`Sequence.side`) is kept as it is; seed, share and cap have no say in it.
 
     Args:
@@ -95,8 +97,12 @@ def split(
         DataError: no tag can be on both sides, or the data set's own split has a group on both or leaves sequences out.
     """
     clips = all_clips(store, SPLIT_FRAMES)
-    chosen, tags, left_out = _tested_groups(store, clips, seed, test_share, test_cap, min_clips, _official(store))
-    return _sides(store, all_clips(store, min_frames), chosen, tags, left_out, min_frames)
+    official = _official(store)
+    chosen, tags, left_out = _tested_groups(store, clips, seed, test_share, test_cap, min_clips, official)
+    tested = [clip for clip in clips if store.sequences[clip.sequence].group in chosen]
+    surplus = set() if official else _surplus(store, tested, tags, seed, test_cap)
+    kept = [clip for clip in all_clips(store, min_frames) if clip.key not in surplus]
+    return _sides(store, kept, chosen, tags, left_out, min_frames)
 
 
 def validation_split(store: ClipStore, split: Split, seed: int, *, share: float, min_frames: int) -> Split:
@@ -147,6 +153,21 @@ def _tested_groups(
         if not isinstance(outcome, str):
             return outcome, tags, left_out
         left_out[outcome] = "no group of its sequences can be tested without taking a tag out of training"
+
+
+def _surplus(store: ClipStore, tested: Sequence[Clip], tags: Sequence[str], seed: int, cap: int) -> set[SegmentKey]:
+    """Clips to take from the test side so that no tag has more than `cap`; those of rare tags stay first."""
+    counted = [_tags(store, [clip]) & set(tags) for clip in tested]
+    total = Counter(tag for own in counted for tag in own)
+    shuffled = np.random.default_rng(seed).permutation(len(tested)).tolist()
+    left = Counter(dict.fromkeys(tags, cap))
+    surplus = set()
+    for place in sorted(shuffled, key=lambda place: min((total[tag] for tag in counted[place]), default=0)):
+        if all(left[tag] for tag in counted[place]):
+            left.subtract(counted[place])
+        else:
+            surplus.add(tested[place].key)
+    return surplus
 
 
 def _sides(
@@ -230,7 +251,10 @@ def _official(store: ClipStore) -> set[str]:
 def _choose(
     groups: dict[str, list[tuple[str, ...]]], tags: tuple[str, ...], rng: np.random.Generator, share: float, cap: int
 ) -> set[str] | str:
-    """The names of the groups to test, or the tag that cannot be on both sides. `groups`: the tags of each clip."""
+    """The names of the groups to test, or the tag that cannot be on both sides. `groups`: the tags of each clip.
+
+    Of a tag that is to have `cap` test clips, more do no harm: they are taken away afterwards.
+    """
     names = sorted(groups)
     names = [names[place] for place in rng.permutation(len(names))]
     counts = np.array([[sum(tag in own for own in groups[name]) for tag in tags] for name in names])  # (groups, tags)
@@ -243,11 +267,11 @@ def _choose(
     def gains() -> np.ndarray:
         """By how much each group brings the counts closer to the targets, per clip; -inf where not allowed."""
         after = test + counts
-        closer = (np.abs(test - target) - np.abs(after - target)) / target
+        closer = (np.abs(np.minimum(test, cap) - target) - np.abs(np.minimum(after, cap) - target)) / target
         # Rounded, so that equal gains are equal and the seeded order decides.
         gain = np.round(closer.sum(axis=1) / sizes, 9)
         leaves_training = ((total - after > 0) | (counts == 0)).all(axis=1)
-        return np.where(free & leaves_training & (after <= cap).all(axis=1), gain, -np.inf)
+        return np.where(free & leaves_training, gain, -np.inf)
 
     def take(place: int) -> None:
         free[place] = False
