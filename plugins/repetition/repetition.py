@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Mapping
 
-from torch import nn
-
-from motiongen.contracts import Code, Condition, Controls, Dimensions
+from motiongen.contracts import Builder, Code, Condition, ControlBranch, Controls, Dimensions, QueryMechanism
 from motiongen.generation.embeddings import Embeddings
+from motiongen.generation.frame_controls import FrameControls
 
 
-class Repetition(nn.Module):
-    """c_1 = ... = c_T = z', as queries and as memory."""
+class Repetition(FrameControls):
+    """z_1 = ... = z_T = z, plus the sum of the `query` mechanisms; the `branches` contribute further features.
 
-    reads: ClassVar[frozenset[str]] = frozenset({"mask"})
-    carries: ClassVar[frozenset[str]] = frozenset({"queries", "memory"})
-    keeps_time: ClassVar[bool] = False
+    Raises:
+        CompositionError: branches that leave no width to the codes.
+    """
 
-    def __init__(self, dimensions: Dimensions, embeddings: Embeddings) -> None:
-        super().__init__()
+    def __init__(
+        self,
+        dimensions: Dimensions,
+        embeddings: Embeddings,
+        *,
+        query: Mapping[str, Builder[QueryMechanism]],
+        branches: Mapping[str, Builder[ControlBranch]],
+    ) -> None:
+        super().__init__(dimensions, embeddings, query, branches)
+        self.projection = self.projection_of_codes()
 
     def forward(self, code: Code, condition: Condition) -> Controls:
-        controls = code.modulated.unsqueeze(1).expand(-1, condition.mask.shape[1], -1)
-        return Controls(queries=controls, memory=controls, mask=condition.mask, latent=code.latent)
+        repeated = code.modulated.unsqueeze(1) + self.over_frames(condition, code.modulated)
+        return self.beside(repeated, code, condition)

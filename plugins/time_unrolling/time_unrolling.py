@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
-import torch
 from torch import nn
 
 from motiongen.contracts import (
@@ -19,10 +17,11 @@ from motiongen.contracts import (
     QueryMechanism,
 )
 from motiongen.generation.embeddings import Embeddings
+from motiongen.generation.frame_controls import FrameControls
 from motiongen.options import PositiveInt, Share
 
 
-class TimeUnrolling(nn.Module):
+class TimeUnrolling(FrameControls):
     """Unrolls z into frame-level controls c_1..c_T with a Transformer decoder.
 
     Key and value are z, the query is the sum of the `query` mechanisms. The `branches` contribute further features to
@@ -31,8 +30,6 @@ class TimeUnrolling(nn.Module):
     Raises:
         CompositionError: no query mechanism, or branches that leave no width to the unrolled codes.
     """
-
-    carries: ClassVar[frozenset[str]] = frozenset({"queries", "memory"})
 
     def __init__(
         self,
@@ -47,29 +44,14 @@ class TimeUnrolling(nn.Module):
         dropout: Share,
         activation: str = "relu",
     ) -> None:
-        super().__init__()
         if not query:
             raise CompositionError("time_unrolling needs at least one mechanism in generator/unroller/query")
-        mechanisms = {name: build(dimensions, embeddings) for name, build in query.items()}
-        built = {name: build(dimensions, embeddings) for name, build in branches.items()}
-        parts: list[QueryMechanism | ControlBranch] = [*mechanisms.values(), *built.values()]
-        self.reads = frozenset({"mask"}).union(*(part.reads for part in parts))
-        self.keeps_time = any(part.keeps_time for part in parts)
-        self.query = nn.ModuleDict(mechanisms)
-        self.branches = nn.ModuleDict(built)
-        width = dimensions.width
-        remaining = width - sum(branch.width for branch in built.values())
-        if remaining <= 0:
-            raise CompositionError(f"the branches of time_unrolling leave {remaining} of {width} features to its codes")
-        layer = nn.TransformerDecoderLayer(width, heads, feedforward, dropout, activation, batch_first=True)
+        super().__init__(dimensions, embeddings, query, branches)
+        layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
-        self.projection = nn.Linear(width, remaining) if self.branches else nn.Identity()
+        self.projection = self.projection_of_codes()
 
     def forward(self, code: Code, condition: Condition) -> Controls:
-        batch, frames = condition.mask.shape
-        query = sum(mechanism(condition) for mechanism in self.query.values())
-        query = query.to(code.modulated).expand(batch, frames, -1)
+        query = self.over_frames(condition, code.modulated)
         unrolled = self.transformer(query, code.modulated.unsqueeze(1), tgt_key_padding_mask=~condition.mask)
-        extra = [branch(condition) for branch in self.branches.values()]
-        controls = torch.cat([self.projection(unrolled), *extra], dim=-1)
-        return Controls(queries=controls, memory=controls, mask=condition.mask, latent=code.latent)
+        return self.beside(unrolled, code, condition)

@@ -35,8 +35,7 @@ COMPOSITIONS = {
     "marionet_without_time_unrolling": (
         "+experiment=marionette",
         "generator/unroller=repetition",
-        "generator/unroller/query=[]",
-        "generator/unroller/branches=[]",
+        "generator/unroller/query=[tag_injection]",
     ),
 }
 

@@ -118,7 +118,7 @@ def test_sinusoidal_queries_ask_for_frames_and_remember_the_code() -> None:
 
 def test_repetition_gives_every_frame_the_code() -> None:
     drawn, condition = code(2), batch((5, 3)).condition
-    controls = made(Repetition)(drawn, condition)
+    controls = made(partial(Repetition, query={}, branches={}))(drawn, condition)
     assert controls.queries.shape == (2, 5, WIDTH)
     assert (controls.queries == drawn.modulated.unsqueeze(1)).all()
     assert (controls.memory == controls.queries).all()

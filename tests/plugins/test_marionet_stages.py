@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 import torch
@@ -10,7 +11,10 @@ import torch
 from motiongen.contracts import Code, CompositionError, Dimensions
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
+from motiongen_plugins.repetition.repetition import Repetition
+from motiongen_plugins.tag_injection.tag_injection import TagInjection
 from motiongen_plugins.time_unrolling.time_unrolling import TimeUnrolling
+from motiongen_plugins.trajectory_branch.trajectory_branch import TrajectoryBranch
 from tests.compositions import batch, marionet
 
 
@@ -82,6 +86,22 @@ def test_every_condition_field_changes_the_motion():
         value = getattr(condition, field)
         changed = generator.generate(replace(condition, **{field: value.flip(0)}), seed=0)
         assert (base - changed).abs().max() > 1e-4, field
+
+
+def test_without_time_unrolling_frames_differ_by_their_tag_and_path_alone():
+    """W (z + E_a(tag)) beside the path's features, which alone change from frame to frame."""
+    data = batch((6, 6))
+    sizes = Dimensions(135, data.condition.tags.shape[1], 6, 32)
+    embeddings = Embeddings(sizes)
+    branch = partial(TrajectoryBranch, width=8, layers=1, heads=1, feedforward=8, dropout=0.0)
+    unroller = Repetition(sizes, embeddings, query={"tag": TagInjection}, branches={"path": branch}).eval()
+    latent = torch.randn(2, 32, generator=torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        controls = unroller(Code(latent, latent), data.condition).queries
+        codes = unroller.projection(latent + embeddings.tags(data.condition.tags))
+        path = unroller.branches["path"](data.condition)
+    torch.testing.assert_close(controls, torch.cat([codes.unsqueeze(1).expand(-1, 6, -1), path], dim=-1))
+    assert path.diff(dim=1).abs().amax() > 1e-4
 
 
 def test_time_unrolling_needs_a_query():
