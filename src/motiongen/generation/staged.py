@@ -28,6 +28,7 @@ from motiongen.contracts import (
     TrainingScheme,
     Unroller,
 )
+from motiongen.generation.dropout import with_quick_dropout
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.pose_forms import Rot6d
 from motiongen.options import PositiveInt
@@ -75,6 +76,7 @@ class StagedGenerator(GeneratorModule):
         self.decoder = decoder(self.dimensions, embeddings)
         self.scheme = training
         refuse_what_cannot_work(self.encoder, self.conditioning, self.unroller, self.decoder, training)
+        with_quick_dropout(self)
 
     def reconstruct(self, batch: MotionBatch, progress: float, generator: torch.Generator) -> Prediction:
         batch = encoded(batch, self.pose)
