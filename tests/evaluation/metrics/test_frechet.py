@@ -42,6 +42,19 @@ def test_fid_is_symmetric_and_ignores_order_and_a_common_rotation_when_rank_defi
     assert frechet_distance(first.flip(0) @ turn(64), second @ turn(64)) == pytest.approx(reference, rel=1e-9)
 
 
+def test_fid_between_sets_with_more_and_with_fewer_samples_than_features() -> None:
+    """Of diagonal covariances: sum of (s - t)^2 over the axes, where the smaller set has no spread along most."""
+    scales = torch.arange(1, 9, dtype=torch.float64)
+    corners = torch.cat([torch.eye(8, dtype=torch.float64), -torch.eye(8, dtype=torch.float64)])
+    wide, narrow = corners * scales, corners[[0, 1, 8, 9]] * scales
+    axes = torch.tensor([2 / 15, 2 / 3], dtype=torch.float64).sqrt().outer(scales)
+    axes[1, 2:] = 0
+    expected = float((axes[0] - axes[1]).square().sum())
+    rotation = turn(8)
+    # Where there is no spread, rounding of 1e-16 is 1e-8 in the root.
+    assert frechet_distance(wide @ rotation, narrow @ rotation) == pytest.approx(expected, rel=1e-8)
+
+
 def test_fid_needs_two_samples_and_one_width() -> None:
     with pytest.raises(ValueError, match=r"at least 2 .* not \(1, 4\) and \(9, 4\)"):
         frechet_distance(torch.zeros(1, 4), torch.zeros(9, 4))

@@ -83,8 +83,8 @@ def frechet_distance(first: Tensor, second: Tensor) -> float:
 def frechet_distance_of_moments(one: FeatureMoments, other: FeatureMoments) -> float:
     """`frechet_distance` of sets of which only the moments are at hand.
 
-    The trace of the root is the sum of the singular values of C_1^(1/2) C_2^(1/2): symmetric roots in float64 are exact
-    also for fewer samples than features, where a root of the product C_1 C_2 is not.
+    The trace of the root is the sum of the singular values of R_1^T R_2, where R R^T = C: in float64 it is exact also
+    for fewer samples than features, where a root of the product C_1 C_2 is not.
 
     Raises:
         ValueError: a set of fewer than two samples, or of another width than the other.
@@ -92,8 +92,9 @@ def frechet_distance_of_moments(one: FeatureMoments, other: FeatureMoments) -> f
     if min(one.count, other.count) < 2 or one.mean.shape != other.mean.shape:
         shapes = " and ".join(str((moments.count, len(moments.mean))) for moments in (one, other))
         raise ValueError(f"FID compares two sets of at least 2 samples and of equal width, not {shapes}")
-    cross = torch.linalg.svdvals(_root(one.covariance) @ _root(other.covariance)).sum()
-    spread = one.covariance.trace() + other.covariance.trace() - 2 * cross
+    first, second = one.covariance, other.covariance
+    cross = torch.linalg.svdvals(_factor(first).T @ _factor(second)).sum()
+    spread = first.trace() + second.trace() - 2 * cross
     return max(float((one.mean - other.mean).square().sum() + spread), 0.0)
 
 
@@ -126,7 +127,10 @@ def extrapolated_frechet_distance(
     return float(found.mean() - slope * inverse.mean())
 
 
-def _root(covariance: Tensor) -> Tensor:
-    """The symmetric root of a positive semi-definite matrix; rounding below zero is zero."""
+def _factor(covariance: Tensor) -> Tensor:
+    """R with R R^T = C: Cholesky's, or the symmetric root where C is not of full rank; rounding below zero is zero."""
+    factor, failed_at = torch.linalg.cholesky_ex(covariance)
+    if not failed_at:
+        return factor
     values, vectors = torch.linalg.eigh(covariance)
     return (vectors * values.clamp(min=0).sqrt()) @ vectors.T
