@@ -59,9 +59,15 @@ def _long_motion(config: DictConfig) -> None:
 
 
 def _prepare(config: DictConfig) -> None:
+    from motiongen.tasks.receipts import Receipt
+
+    receipt = Receipt.of(config)
+    if report := receipt.report():
+        print("\n".join(report))
+        return
     from motiongen.tasks.prepare import run
 
-    run(config)
+    run(config, receipt)
 
 
 def _train_recognizer(config: DictConfig) -> None:

@@ -9,16 +9,19 @@ from motiongen.data.statistics import FPS, Statistics, statistics_of
 from motiongen.evaluation.table import markdown
 from motiongen.tasks.assembly import build_body, build_data, run_folder
 from motiongen.tasks.data_pictures import draw_clips, draw_transitions
+from motiongen.tasks.receipts import Receipt
 from motiongen.tasks.record import Record
 
 
-def run(config: DictConfig) -> None:
+def run(config: DictConfig, receipt: Receipt) -> None:
     """Parse the data unless the cache holds it, and say what is in it; pictures and a record are made of new data."""
     data = build_data(config)
     statistics = statistics_of(data)
     lines = report(data, statistics)
+    again = [*lines, f"It was prepared before: {data.store.folder}"]
+    receipt.keep(data.store.folder, again)
     if not data.store.was_made:
-        print("\n".join([*lines, f"It was prepared before: {data.store.folder}"]))
+        print("\n".join(again))
         return
     folder = run_folder()
     with Record(config, folder) as record:
