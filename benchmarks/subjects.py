@@ -23,14 +23,14 @@ TAGS = 20
 SMPL_VERTICES = 6890
 
 
-def composition(experiment: str, effort: Effort) -> tuple[GeneratorModule, Objective]:
-    """A generator with weights from seed 0 and its objective, at the paper's scale."""
+def composition(experiment: str, effort: Effort, features: int = FEATURES) -> tuple[GeneratorModule, Objective]:
+    """A generator with weights from seed 0, for poses of so many numbers, and its objective, at the paper's scale."""
     # Of whatever size, the papers' order of layers and their weights, which the reference has.
     papers = ["scale.norm_first=false", "scale.kl_start=0.0", "scale.kl_end=0.0"]
     config = compose([f"+experiment={experiment}", f"scale={'smoke' if effort.quick else 'paper'}", *papers])
     torch.manual_seed(0)
     generator: GeneratorModule = instantiate(config.generator)(
-        features=FEATURES, tags=TAGS, initial_frames=INITIAL_FRAMES, styles=0
+        features=features, tags=TAGS, initial_frames=INITIAL_FRAMES, styles=0
     )
     return generator, instantiate(config.objective)
 
