@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+import copy
 import csv
 import io
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from matplotlib.image import imread
@@ -87,6 +89,53 @@ def test_the_page_holds_its_picture_and_runs_nothing(tmp_path: Path) -> None:
     assert 'src="data:image/png;base64,iVBOR' in page
     assert "<script" not in page
     assert "http" not in page
+
+
+def judged_twice(seconds: dict[str, tuple[float, float]]) -> StudyResults:
+    """The trainings of RESULTS, of which a second recognizer says these FIDs and another accuracy."""
+
+    def second(fid: float) -> dict[str, Any]:
+        evaluation = copy.deepcopy(dict(result(fid).evaluation))
+        evaluation["recognizer"]["name"] = "Other"
+        evaluation["systems"]["generated"]["metrics"]["accuracy"] = {"mean": 1 - fid / 100}
+        return evaluation
+
+    rows = {
+        row: tuple(replace(one, second_evaluation=second(fid)) for one, fid in zip(own, seconds[row], strict=True))
+        for row, own in RESULTS.rows.items()
+    }
+    return replace(RESULTS, rows=rows)
+
+
+def test_a_second_recognizer_has_a_table_of_what_it_was_asked(tmp_path: Path) -> None:
+    twice = judged_twice({"full": (0.9, 1.1), "without_part": (2.0, 2.2), "ours_alone": (0.5, 0.6)})
+    table = study_table(twice, OmegaConf.merge(SETTINGS, {"metrics": ["fid", "accuracy", "joint_speed"]}), "")
+    text = as_markdown(table)
+    after = text.split("The same motions before Other:")[1]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in after.splitlines() if line[:2] == "| "]
+    assert rows[0] == ["row", "trainings", "FID", "FID, paper", "accuracy"]
+    assert rows[3][2].startswith("1.000 [")
+    assert rows[5][2].startswith("**0.550 [")
+    assert "They put them in different orders by FID (Judge has full before ours alone)" in after
+    assert "Judge and Other put the rows in the same order" not in after.split("They put")[1]
+    assert "FID +1.00 [+1.00, +1.00]" in after
+    lines = list(csv.DictReader(io.StringIO(as_csv(table))))
+    assert [line["recognizer"] for line in lines] == ["Judge"] * 9 + ["Other"] * 6
+    assert as_latex(table).count(r"\begin{tabular}") == 2
+    draw_rows(tmp_path / "report.png", table)
+    assert as_html(table, [tmp_path / "report.png"]).count("<thead>") == 2
+
+
+def test_recognizers_that_agree_are_said_to() -> None:
+    table = study_table(judged_twice({row: (own[0] + 1, own[1] + 1) for row, own in FIDS.items()}), SETTINGS, "")
+    assert "Judge and Other put the rows in the same order by FID" in as_markdown(table)
+
+
+def test_a_second_recognizer_that_not_all_rows_had_is_left_out() -> None:
+    twice = judged_twice(FIDS)
+    some = {**twice.rows, "full": RESULTS.rows["full"]}
+    assert study_table(replace(twice, rows=some), SETTINGS, "").second is None
+    assert TABLE.second is None
 
 
 def test_a_metric_that_does_not_exist_is_named() -> None:

@@ -57,23 +57,25 @@ RECOGNIZER: dict[str, Any] = {
         "test_accuracy": {"type": "number", "minimum": 0, "maximum": 1},
     },
 }
+EVALUATION: dict[str, Any] = {
+    "type": "object",
+    "required": [*DECIDES, "systems"],
+    "properties": {
+        "protocol": {"type": "object"},
+        "data_fingerprint": {"type": "string"},
+        "recognizer": RECOGNIZER,
+        "count": {"type": "integer"},
+        "seeds": {"type": "array"},
+        "systems": {"type": "object", "additionalProperties": SYSTEM},
+    },
+}
 RESULT = {
     "type": "object",
     "required": ["name", "evaluation"],
     "properties": {
         "name": {"type": "string"},
-        "evaluation": {
-            "type": "object",
-            "required": [*DECIDES, "systems"],
-            "properties": {
-                "protocol": {"type": "object"},
-                "data_fingerprint": {"type": "string"},
-                "recognizer": RECOGNIZER,
-                "count": {"type": "integer"},
-                "seeds": {"type": "array"},
-                "systems": {"type": "object", "additionalProperties": SYSTEM},
-            },
-        },
+        "evaluation": EVALUATION,
+        "second_evaluation": EVALUATION | {"type": ["object", "null"]},
         "latents": {"type": ["object", "null"], "additionalProperties": FIGURE | {"type": "number"}},
     },
 }
@@ -87,6 +89,8 @@ class StoredResult:
     name: str
     evaluation: Mapping[str, Any]
     """As `Evaluation.to_json` gave it"""
+    second_evaluation: Mapping[str, Any] | None = None
+    """The same motions before a second recognizer, if there was one"""
     latents: Mapping[str, float] | None = None
     """As `LatentSpace.figures` gave it; None for generators without codes"""
 
@@ -109,7 +113,9 @@ def read_result(folder: Path) -> StoredResult:
     summary = read_summary(folder)
     if problem := problem_in(summary, RESULT):
         raise InputError(f"results: {path}: {problem}; the run measured nothing, or long ago, or the file is damaged")
-    return StoredResult(summary["name"], summary["evaluation"], summary.get("latents"))
+    return StoredResult(
+        summary["name"], summary["evaluation"], summary.get("second_evaluation"), summary.get("latents")
+    )
 
 
 def read_summary(folder: Path) -> dict[str, Any]:

@@ -28,29 +28,43 @@ Style = Callable[[str, Cell], str]
 
 def as_markdown(table: StudyTable, codes: Rows = ()) -> str:
     """The table with all that has to be known to read it; `codes`: what the codes tell of the action."""
-    columns, *lines = _grid(table, lambda text, cell: {"best": f"**{text}**", "tie": f"{text} ="}.get(cell.mark, text))
-    rows = [dict(zip(columns, line, strict=True)) for line in lines]
-    parts = [f"# {table.study}: {table.title}", markdown(rows), *_remarks(table)]
+    parts = [f"# {table.study}: {table.title}", _markdown_grid(table), *_remarks(table)]
+    if table.second:
+        parts += [_second_heading(table.second), _markdown_grid(table.second), *_second_remarks(table)]
     if codes:
         parts += [CODES_LEGEND, markdown([dict(row) for row in codes])]
     return "\n\n".join(parts) + "\n"
 
 
+def _markdown_grid(table: StudyTable) -> str:
+    columns, *lines = _grid(table, lambda text, cell: {"best": f"**{text}**", "tie": f"{text} ="}.get(cell.mark, text))
+    return markdown([dict(zip(columns, line, strict=True)) for line in lines])
+
+
 def as_csv(table: StudyTable) -> str:
-    """One line a row and metric: row, trainings, metric, mean, low, high, published, mark."""
+    """One line a row and metric: row, trainings, metric, mean, low, high, published, mark, recognizer."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["row", "trainings", "metric", "mean", "low", "high", "published", "mark"])
-    for row, cells in table.rows.items():
-        for metric, cell in cells.items():
-            ours = cell.ours
-            published = "" if cell.published is None else cell.published
-            writer.writerow([row, table.trainings[row], metric, ours.value, ours.low, ours.high, published, cell.mark])
+    writer.writerow(["row", "trainings", "metric", "mean", "low", "high", "published", "mark", "recognizer"])
+    for own in filter(None, (table, table.second)):
+        for row, cells in own.rows.items():
+            for metric, cell in cells.items():
+                published = "" if cell.published is None else cell.published
+                figures = [cell.ours.value, cell.ours.low, cell.ours.high, published, cell.mark]
+                writer.writerow([row, own.trainings[row], metric, *figures, own.recognizer])
     return text.getvalue()
 
 
 def as_latex(table: StudyTable) -> str:
-    """A `tabular` for the package booktabs."""
+    """A `tabular` for the package booktabs, and another one for what a second recognizer says."""
+    remarks = [LEGEND, table.protocol]
+    if table.second:
+        remarks += [table.second.protocol, table.disagreement]
+    tables = [_tabular(own) for own in (table, table.second) if own]
+    return "\n\n".join(tables) + "\n" + "".join(f"% {remark}\n" for remark in remarks)
+
+
+def _tabular(table: StudyTable) -> str:
 
     def style(text: str, cell: Cell) -> str:
         return {"best": rf"\textbf{{{text}}}", "tie": rf"\underline{{{text}}}"}.get(cell.mark, text)
@@ -58,25 +72,35 @@ def as_latex(table: StudyTable) -> str:
     columns, *lines = _grid(table, style)
     body = [" & ".join(_escaped(text) for text in line) + r" \\" for line in (columns, *lines)]
     parts = [rf"\begin{{tabular}}{{l{'r' * (len(columns) - 1)}}}", r"\toprule", body[0], r"\midrule", *body[1:]]
-    return "\n".join([*parts, r"\bottomrule", r"\end{tabular}", f"% {LEGEND}", f"% {table.protocol}"]) + "\n"
+    return "\n".join([*parts, r"\bottomrule", r"\end{tabular}"])
 
 
 def as_html(table: StudyTable, pictures: Sequence[Path], codes: Rows = ()) -> str:
     """One page with the tables and the pictures in it."""
+    remarks = _paragraphs(_remarks(table))
+    if table.second:
+        remarks += f"\n<p>{html.escape(_second_heading(table.second))}</p>\n{_html_grid(table.second)}\n"
+        remarks += _paragraphs(_second_remarks(table))
+    if codes:
+        remarks += f"\n<p>{html.escape(CODES_LEGEND)}</p>\n{_plain_table(codes)}"
+    images = "\n".join(f'<img src="data:image/png;base64,{_base64(path)}" alt="{path.stem}">' for path in pictures)
+    return PAGE.format(
+        title=html.escape(f"{table.study}: {table.title}"), table=_html_grid(table), remarks=remarks, images=images
+    )
 
+
+def _html_grid(table: StudyTable) -> str:
     def style(text: str, cell: Cell) -> str:
         return {"best": f"<b>{text}</b>", "tie": f"{text} ="}.get(cell.mark, text)
 
     columns, *lines = _grid(table, style)
     head = "".join(f"<th>{html.escape(column)}</th>" for column in columns)
     body = "\n".join(f"<tr>{''.join(f'<td>{text}</td>' for text in line)}</tr>" for line in lines)
-    remarks = "\n".join(f"<p>{html.escape(text)}</p>" for text in _remarks(table))
-    if codes:
-        remarks += f"\n<p>{html.escape(CODES_LEGEND)}</p>\n{_plain_table(codes)}"
-    images = "\n".join(f'<img src="data:image/png;base64,{_base64(path)}" alt="{path.stem}">' for path in pictures)
-    return PAGE.format(
-        title=html.escape(f"{table.study}: {table.title}"), head=head, body=body, remarks=remarks, images=images
-    )
+    return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table>"
+
+
+def _paragraphs(texts: Iterable[str]) -> str:
+    return "\n".join(f"<p>{html.escape(text)}</p>" for text in texts)
 
 
 def _plain_table(rows: Rows) -> str:
@@ -116,6 +140,18 @@ def _remarks(table: StudyTable) -> Iterable[str]:
         yield f"Without a result: {'; '.join(table.unfinished)}."
 
 
+def _second_heading(second: StudyTable) -> str:
+    return f"The same motions before {second.recognizer}:"
+
+
+def _second_remarks(table: StudyTable) -> Iterable[str]:
+    if table.second:
+        yield table.second.protocol
+        if table.second.verdict():
+            yield table.second.verdict()
+        yield table.disagreement
+
+
 def _escaped(text: str) -> str:
     return text.replace("%", r"\%").replace("_", r"\_").replace("³", "$^3$").replace("±", r"$\pm$")
 
@@ -138,12 +174,7 @@ img {{ max-width: 100%; }}
 p {{ max-width: 60rem; }}
 </style>
 <h1>{title}</h1>
-<table>
-<thead><tr>{head}</tr></thead>
-<tbody>
-{body}
-</tbody>
-</table>
+{table}
 {remarks}
 {images}
 </html>

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -58,6 +59,15 @@ class StudyResults:
         """The metric of the real test clips."""
         first = next(iter(self.rows))
         return next(iter(self.values(first, metric, REAL)), None)
+
+    def second_opinion(self) -> StudyResults | None:
+        """The same motions before the second recognizer; None where not all trainings have the same one."""
+        rows = {
+            row: tuple(replace(one, evaluation=one.second_evaluation) for one in own if one.second_evaluation)
+            for row, own in self.rows.items()
+        }
+        complete = all(len(rows[row]) == len(own) for row, own in self.rows.items())
+        return replace(self, rows=rows) if complete and len(alike(chain(*rows.values()))) == 1 else None
 
 
 def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults:
@@ -131,8 +141,9 @@ def row_result(folder: Path) -> StoredResult:
     if "sequences" in summary:
         return long_result(summary)
     result = read_result(folder)
-    if problem := problem_in(result.evaluation, ROW):
-        raise InputError(f"results: {folder / SUMMARY_FILE}: evaluation: {problem}; it is not that of a row")
+    for name, evaluation in (("evaluation", result.evaluation), ("second_evaluation", result.second_evaluation)):
+        if evaluation and (problem := problem_in(evaluation, ROW)):
+            raise InputError(f"results: {folder / SUMMARY_FILE}: {name}: {problem}; it is not that of a row")
     return result
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any, Literal
 
 from omegaconf import DictConfig
@@ -14,7 +15,7 @@ from motiongen.evaluation.table import FURTHER, HEADINGS
 from motiongen.evaluation.uncertainty import Interval
 from motiongen.studies.naming import StudyError
 from motiongen.studies.results import StudyResults
-from motiongen.studies.statistics import best_and_ties, over_trainings, rank_agreement
+from motiongen.studies.statistics import best_and_ties, best_first, over_trainings, rank_agreement
 from motiongen.suggestions import did_you_mean
 
 KNOWN = HEADINGS | FURTHER | LONG_HEADINGS
@@ -49,6 +50,12 @@ class StudyTable:
     """Metric to Kendall's tau with the published order"""
     protocol: str
     unfinished: tuple[str, ...]
+    recognizer: str
+    """Its name"""
+    second: StudyTable | None = None
+    """The metrics that ask a recognizer, as a second one answers"""
+    disagreement: str = ""
+    """Where the orders of the rows under both differ"""
 
     def heading(self, metric: str) -> str:
         """As people read it."""
@@ -85,6 +92,22 @@ def study_table(results: StudyResults, settings: DictConfig, title: str) -> Stud
     for metric in metrics:
         if metric not in KNOWN:
             raise StudyError(f"study.metrics: there is no metric {metric!r}{did_you_mean(metric, KNOWN)}")
+    table = _table(results, metrics, settings, title)
+    second = results.second_opinion()
+    if second is None:
+        return table
+    asked = tuple(
+        metric
+        for metric in metrics
+        if any(results.values(row, metric) != second.values(row, metric) for row in second.rows)
+    )
+    if not asked:
+        return table
+    other = _table(second, asked, settings, title)
+    return replace(table, second=other, disagreement=_disagreement((table, results), (other, second), asked))
+
+
+def _table(results: StudyResults, metrics: tuple[str, ...], settings: DictConfig, title: str) -> StudyTable:
     published: Mapping[str, Any] = settings.published.rows if settings.published else {}
     # The study's file gives the order; rows that it does not name come behind.
     order = [row for row in published if row in results.rows] + [row for row in results.rows if row not in published]
@@ -102,10 +125,48 @@ def study_table(results: StudyResults, settings: DictConfig, title: str) -> Stud
             agreement[metric] = rank_agreement(values, theirs)
     trainings = {row: len(results.rows[row]) for row in order}
     source = str(settings.published.source) if settings.published else None
-    protocol = _protocol(results)
     return StudyTable(
-        results.study, title, metrics, rows, trainings, real, source, agreement, protocol, results.unfinished
+        study=results.study,
+        title=title,
+        metrics=metrics,
+        rows=rows,
+        trainings=trainings,
+        real=real,
+        source=source,
+        agreement=agreement,
+        protocol=_protocol(results),
+        unfinished=results.unfinished,
+        recognizer=str(next(iter(results.rows.values()))[0].evaluation["recognizer"]["name"]),
     )
+
+
+def _disagreement(
+    first: tuple[StudyTable, StudyResults], second: tuple[StudyTable, StudyResults], metrics: Sequence[str]
+) -> str:
+    """In words, by the means."""
+    names = [table.recognizer for table, _ in (first, second)]
+    same, different = [], []
+    for metric in metrics:
+        heading = first[0].heading(metric)
+        orders = [
+            best_first({row: results.values(row, metric) for row in table.rows}, metric, table.real[metric])
+            for table, results in (first, second)
+        ]
+        swapped = [
+            f"{one} before {other}".replace("_", " ")
+            for one, other in combinations(orders[0], 2)
+            if one in orders[1] and other in orders[1] and orders[1].index(one) > orders[1].index(other)
+        ]
+        if swapped:
+            different.append(f"{heading} ({names[0]} has {', '.join(swapped)})")
+        else:
+            same.append(heading)
+    parts = []
+    if same:
+        parts.append(f"{names[0]} and {names[1]} put the rows in the same order by {', '.join(same)}.")
+    if different:
+        parts.append(f"They put them in different orders by {', '.join(different)}.")
+    return " ".join(parts)
 
 
 def _protocol(results: StudyResults) -> str:
