@@ -68,15 +68,14 @@ def best_and_ties(values: Mapping[str, Sequence[float]], metric: str, real: floa
     return best, ties
 
 
-def best_first(values: Mapping[str, Sequence[float]], metric: str, real: float | None) -> list[str]:
-    """The rows by their means; those without a value are left out.
+def mean_costs(values: Mapping[str, Sequence[float]], metric: str, real: float | None) -> dict[str, float]:
+    """Row to a number that is the smaller the better its mean; rows without a value are left out.
 
     Args:
         values, metric, real: as for `best_and_ties`.
     """
     direction = direction_of(metric)
-    costs = {row: float(np.mean(_costs(own, direction, real))) for row, own in values.items() if own}
-    return sorted(costs, key=lambda row: costs[row])
+    return {row: float(np.mean(_costs(own, direction, real))) for row, own in values.items() if own}
 
 
 def _costs(values: Sequence[float], direction: Direction, real: float | None) -> list[float]:

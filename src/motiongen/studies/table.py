@@ -15,7 +15,7 @@ from motiongen.evaluation.table import FURTHER, HEADINGS
 from motiongen.evaluation.uncertainty import Interval
 from motiongen.studies.naming import StudyError
 from motiongen.studies.results import StudyResults
-from motiongen.studies.statistics import best_and_ties, best_first, over_trainings, rank_agreement
+from motiongen.studies.statistics import best_and_ties, mean_costs, over_trainings, rank_agreement
 from motiongen.suggestions import did_you_mean
 
 KNOWN = HEADINGS | FURTHER | LONG_HEADINGS
@@ -148,25 +148,26 @@ def _disagreement(
     same, different = [], []
     for metric in metrics:
         heading = first[0].heading(metric)
-        orders = [
-            best_first({row: results.values(row, metric) for row in table.rows}, metric, table.real[metric])
+        one, other = (
+            mean_costs({row: results.values(row, metric) for row in table.rows}, metric, table.real[metric])
             for table, results in (first, second)
-        ]
+        )
+        rows = sorted(one.keys() & other.keys(), key=lambda row: one[row])
         swapped = [
-            f"{one} before {other}".replace("_", " ")
-            for one, other in combinations(orders[0], 2)
-            if one in orders[1] and other in orders[1] and orders[1].index(one) > orders[1].index(other)
+            f"{better} before {worse}".replace("_", " ")
+            for better, worse in combinations(rows, 2)
+            if one[better] < one[worse] and other[better] > other[worse]
         ]
         if swapped:
             different.append(f"{heading} ({names[0]} has {', '.join(swapped)})")
         else:
             same.append(heading)
-    parts = []
-    if same:
-        parts.append(f"{names[0]} and {names[1]} put the rows in the same order by {', '.join(same)}.")
-    if different:
-        parts.append(f"They put them in different orders by {', '.join(different)}.")
-    return " ".join(parts)
+    parts = [
+        f"in {order} by {', '.join(headings)}"
+        for order, headings in (("the same order", same), ("different orders", different))
+        if headings
+    ]
+    return f"{names[0]} and {names[1]} put the rows {', and '.join(parts)}."
 
 
 def _protocol(results: StudyResults) -> str:
