@@ -37,6 +37,21 @@ def test_the_system_that_was_judged_is_the_generated_one() -> None:
     assert set(generated["metrics"]) == {f"{kind}_{figure}" for kind in ("overall", "sufficient") for figure in COLUMNS}
 
 
+def test_a_second_recognizer_s_figures_are_read_beside() -> None:
+    twice = summary("a, pure")
+    assert long_result(twice).second_evaluation is None
+    twice["recognizers"] = [*twice["recognizers"], {**twice["recognizers"][0], "name": "Other"}]
+    with pytest.raises(InputError, match="field 'second_overall_long_motion' is missing"):
+        long_result(twice)
+    for kind in ("overall", "sufficient"):
+        twice[f"second_{kind}_long_motion"] = {"real": figures(1.0), "a, pure": figures(0.25)}
+    second = long_result(twice).second_evaluation
+    assert second is not None
+    assert second["recognizer"]["name"] == "Other"
+    assert second["systems"]["generated"]["metrics"]["overall_accuracy"] == {"mean": 0.25}
+    assert long_result(twice).evaluation["systems"]["generated"]["metrics"]["overall_accuracy"] == {"mean": 0.5}
+
+
 @pytest.mark.parametrize(
     ("systems", "told"), [((), "not none"), (("a, pure", "a, shadow_start"), "not a, pure, a, shad")]
 )

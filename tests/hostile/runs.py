@@ -36,18 +36,20 @@ SYSTEM = {
     "count": 100,
     "lengths": [{"frames": 60, "same_length": True, "metrics": {"accuracy": {"mean": 0.5}, "fid": {"mean": 2.0}}}],
 }
+OPINION = {
+    "protocol": {"seeds": 5, "first_seed": 0, "lengths": [60]},
+    "seeds": [0, 1, 2, 3, 4],
+    "count": 100,
+    "data_fingerprint": "a" * 64,
+    "recognizer": {"name": "TransformerRecognizer", "fingerprint": "b" * 64, "test_accuracy": 0.9},
+    "systems": dict.fromkeys(("real", "generated", "untrained"), SYSTEM),
+}
 SUMMARY = {
     "name": "actor-builtin-smoke-s0",
     "milliseconds_per_frame": 1.5,
     "data": {"fingerprint": "a" * 64, "tags": ["stand", "walk"]},
-    "evaluation": {
-        "protocol": {"seeds": 5, "first_seed": 0, "lengths": [60]},
-        "seeds": [0, 1, 2, 3, 4],
-        "count": 100,
-        "data_fingerprint": "a" * 64,
-        "recognizer": {"name": "TransformerRecognizer", "fingerprint": "b" * 64, "test_accuracy": 0.9},
-        "systems": dict.fromkeys(("real", "generated", "untrained"), SYSTEM),
-    },
+    "evaluation": OPINION,
+    "second_evaluation": {**OPINION, "recognizer": {**OPINION["recognizer"], "name": "STGCNRecognizer"}},
     "latents": {"tag_from_latent": 0.2, "tag_from_modulated": 0.9, "tag_by_commonest": 0.1},
 }
 LONG_SYSTEM = {
@@ -58,9 +60,11 @@ LONG_SUMMARY = {
     "name": "row-s0",
     "data": {"fingerprint": "d" * 64},
     "sequences": {"kinds": ["overall", "sufficient"], "count": 3, "actions": 3},
-    "recognizers": [{"name": "Judge", "fingerprint": "f" * 64, "test_accuracy": 0.9}],
+    "recognizers": [{"name": name, "fingerprint": "f" * 64, "test_accuracy": 0.9} for name in ("Judge", "Other")],
     "overall_long_motion": {"real": LONG_SYSTEM, "marionette-s0, pure": LONG_SYSTEM},
     "sufficient_long_motion": {"real": LONG_SYSTEM, "marionette-s0, pure": LONG_SYSTEM},
+    "second_overall_long_motion": {"real": LONG_SYSTEM, "marionette-s0, pure": LONG_SYSTEM},
+    "second_sufficient_long_motion": {"real": LONG_SYSTEM, "marionette-s0, pure": LONG_SYSTEM},
 }
 OVERRIDES = ["+experiment=actor", "seed=1", "scale=smoke", "generator.width=${width:64}", "data.source.sessions=8"]
 SETTINGS = {"hydra": {"runtime": {"cwd": "/", "choices": {"scale": "smoke"}}, "job": {"name": "motiongen"}}}

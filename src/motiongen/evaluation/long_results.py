@@ -28,6 +28,8 @@ COLUMNS = {
     "motion_qr": ("motion QR", 3),
 }
 """Figure to its column's heading and the decimals that are shown."""
+PREFIXES = ("", "second_")
+"""Of what is kept under the first recognizer, and under a second one."""
 DRAWS = 1000
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from motiongen.errors import InputError
-from motiongen.evaluation.long_results import COLUMNS
+from motiongen.evaluation.long_results import COLUMNS, PREFIXES
 from motiongen.evaluation.results import REAL
 from motiongen.evaluation.sequences import KINDS
 from motiongen.evaluation.stored import FIGURE, RECOGNIZER, StoredResult
@@ -19,7 +19,6 @@ LONG_HEADINGS = {
     for figure, (heading, decimals) in COLUMNS.items()
 }
 """Metrics of long motion, such as "overall_accuracy", with what HEADINGS holds of others."""
-
 
 CURVE = {"type": "array", "items": FIGURE}
 LONG_SYSTEM = {
@@ -59,7 +58,8 @@ LONG_RESULT = {
             "items": RECOGNIZER | {"required": list(RECOGNIZER["properties"])},
         },
         **{
-            f"{kind}_long_motion": {"type": "object", "required": [REAL], "additionalProperties": LONG_SYSTEM}
+            f"{prefix}{kind}_long_motion": {"type": "object", "required": [REAL], "additionalProperties": LONG_SYSTEM}
+            for prefix in PREFIXES
             for kind in KINDS
         },
     },
@@ -75,13 +75,21 @@ def long_result(summary: Mapping[str, Any]) -> StoredResult:
     """
     if problem := problem_in(summary, LONG_RESULT):
         raise InputError(f"results: {SUMMARY_FILE}: {problem}; it is not that of a long motion, or damaged")
+    evaluation = _evaluation(summary, PREFIXES[0], summary["recognizers"][0])
+    second = None
+    if len(summary["recognizers"]) > 1:
+        second = _evaluation(summary, PREFIXES[1], summary["recognizers"][1])
+    return StoredResult(summary["name"], evaluation, second)
+
+
+def _evaluation(summary: Mapping[str, Any], prefix: str, recognizer: Mapping[str, Any]) -> dict[str, Any]:
     name, sequences = summary["name"], summary["sequences"]
     systems: dict[str, dict[str, dict[str, Any]]] = {
         "generated": {"metrics": {}, "places": {}},
         REAL: {"metrics": {}, "places": {}},
     }
     for kind in sequences["kinds"]:
-        field = f"{kind}_long_motion"
+        field = f"{prefix}{kind}_long_motion"
         if field not in summary:
             raise InputError(f"results: {SUMMARY_FILE}: field {field!r} is missing; it is not that of a long motion")
         found = summary[field]
@@ -98,11 +106,10 @@ def long_result(summary: Mapping[str, Any]) -> StoredResult:
                     )
                 systems[system]["metrics"][f"{kind}_{figure}"] = {"mean": own["figures"][figure]["value"]}
                 systems[system]["places"][f"{kind}_{figure}"] = own["curves"][figure]
-    evaluation = {
+    return {
         "protocol": sequences,
         "count": sequences["count"],
         "data_fingerprint": summary["data"]["fingerprint"],
-        "recognizer": summary["recognizers"][0],
+        "recognizer": recognizer,
         "systems": systems,
     }
-    return StoredResult(name, evaluation)

@@ -18,6 +18,7 @@ from motiongen.data.datamodule import MotionData
 from motiongen.evaluation.curves import draw_curves
 from motiongen.evaluation.latents import LATENTS_FILE, LatentSpace, draw_latents
 from motiongen.evaluation.long_results import (
+    PREFIXES,
     LongResult,
     curve_rows,
     long_rows,
@@ -174,7 +175,7 @@ class Record:
             for one in recognizers
         ]
         self._summary["sequences"] = dict(protocol)
-        for own, prefix in zip(results, ("", "second_"), strict=False):
+        for own, prefix in zip(results, PREFIXES, strict=False):
             name = f"{prefix}{kind}"
             self._summary[f"{name}_long_motion"] = {system: to_json(result) for system, result in own.items()}
             parts += [f"Sequences: {name.replace('_', ' recognizer, ')}", markdown(long_rows(own))]
