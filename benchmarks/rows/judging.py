@@ -32,7 +32,7 @@ PAIRS, PAIRS_OF_AN_ACTION = 200, 20
 
 
 def measure(effort: Effort) -> list[Result]:
-    return [_fid(effort), *_spread(effort), _recognition(effort), *_parts(effort)]
+    return [_fid(effort), *_spread(effort), _recognition(effort), *_parts(1000, effort), *_parts(10000, effort)]
 
 
 def _features(count: int, width: int, seed: int) -> Tensor:
@@ -117,10 +117,10 @@ def _once(network: Recognizer, batches: list[MotionBatch]) -> float:
     return result + frechet_distance(*features)
 
 
-def _parts(effort: Effort) -> list[Figure]:
-    """Where the time of an evaluation of 1,000 motions of 60 frames goes."""
+def _parts(count: int, effort: Effort) -> list[Figure]:
+    """Where the time of an evaluation of so many motions of 60 frames goes."""
     torch.manual_seed(0)
-    count, width = effort.size(1000, 64), 64
+    count, width = effort.size(count, count // 20), 64
     skeleton = body(1).skeleton
     network = TransformerRecognizer(tags=TAGS, skeleton=skeleton, feature_width=width).eval()
     judge = Judge(network, skeleton, torch.ones(TAGS, dtype=torch.bool), torch.zeros(4), 0.1, 100.0)
