@@ -7,7 +7,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -66,7 +66,8 @@ def _texts(node: Any) -> Iterator[str]:
             yield from _texts(value)
 
 
-def _listing(places: Iterator[Path] | Sequence[Path]) -> str:
+def _listing(places: Iterable[Path]) -> str:
+    """Digest of the names, sizes and times of files, and of those below folders."""
     digest = hashlib.sha256()
     for place in places:
         for path in [place] if is_file(place) else sorted(place.rglob("*")) if place.is_dir() else ():
