@@ -6,6 +6,7 @@ import io
 import json
 import os
 import pickle
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -102,8 +103,11 @@ class Reader:
         (folder / self.file).parent.mkdir(parents=True, exist_ok=True)
         return folder / self.file
 
-    def check(self, content: bytes, folder: Path) -> None:
-        """That it delivers what is right or names what is wrong, runs nothing, and leaves nothing behind."""
+    def check(self, content: bytes, folder: Path) -> str:
+        """That it delivers what is right or names what is wrong, runs nothing, and leaves nothing behind.
+
+        Returns the message, empty where the file is right.
+        """
         path = self.prepare(folder)
         path.write_bytes(content)
         before = sorted(folder.rglob("*"))
@@ -116,6 +120,7 @@ class Reader:
         else:
             assert self.is_right(found)
         assert sorted(folder.rglob("*")) == before
+        return complaint
 
 
 def outcome(read: Callable[[Path], Any], path: Path) -> tuple[Any, str]:
@@ -124,6 +129,12 @@ def outcome(read: Callable[[Path], Any], path: Path) -> tuple[Any, str]:
         return read(path), ""
     except InputError as error:
         return None, str(error) or "nothing"
+
+
+def kind(complaint: str, folder: Path) -> str:
+    """The first line of a message without what differs from file to file: folders, values and numbers."""
+    line = complaint.replace(str(folder), "").partition("\n")[0]
+    return re.sub(r"-?\d[\d.e+-]*", "#", re.sub(r"'[^']*'|\"[^\"]*\"", "'...'", line))[:120] or "right"
 
 
 def as_file(write: Callable[[Path], object], name: str) -> Callable[[], bytes]:
