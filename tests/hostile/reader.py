@@ -133,7 +133,7 @@ def outcome(read: Callable[[Path], Any], path: Path) -> tuple[Any, str]:
 
 def kind(complaint: str, folder: Path) -> str:
     """The first line of a message without what differs from file to file: folders, values and numbers."""
-    line = complaint.replace(str(folder), "").partition("\n")[0]
+    line = complaint.replace(str(folder), "").partition("\n")[0].encode("ascii", "backslashreplace").decode()
     return re.sub(r"-?\d[\d.e+-]*", "#", re.sub(r"'[^']*'|\"[^\"]*\"", "'...'", line))[:120] or "right"
 
 
