@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from motiongen.contracts import Builder, Condition, Controls, Dimensions, LayerInput, MotionBatch
+from motiongen.generation.attention import DecoderLayer
 from motiongen.generation.bank import TaggedBank
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.incremental import IncrementalDecoder
@@ -58,7 +59,7 @@ class AutoregressiveTransformer(nn.Module):
         self.residual = residual
         self.pose_embedding = embeddings.pose
         self.layer_input = LayerInputs(dimensions, embeddings, layer_input, layers)
-        layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
+        layer = DecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.pose = nn.Linear(self.width, dimensions.features)
         # Begun with displacements of the size of poses, a short run never becomes precise.

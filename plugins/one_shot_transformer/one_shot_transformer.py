@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from torch import Tensor, nn
 
 from motiongen.contracts import Builder, Condition, Controls, Dimensions, LayerInput
+from motiongen.generation.attention import DecoderLayer
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.layer_input import LayerInputs
 from motiongen.options import PositiveInt, Share
@@ -49,9 +50,7 @@ class OneShotTransformer(nn.Module):
         width = dimensions.width
         self.layer_input = LayerInputs(dimensions, embeddings, layer_input, layers)
         self.dropout = nn.Dropout(dropout)
-        layer = nn.TransformerDecoderLayer(
-            width, heads, feedforward, dropout, activation, batch_first=True, norm_first=norm_first
-        )
+        layer = DecoderLayer(width, heads, feedforward, dropout, activation, batch_first=True, norm_first=norm_first)
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.pose = nn.Linear(width, dimensions.features)
 

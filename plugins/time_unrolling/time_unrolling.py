@@ -16,6 +16,7 @@ from motiongen.contracts import (
     Dimensions,
     QueryMechanism,
 )
+from motiongen.generation.attention import DecoderLayer
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.frame_controls import FrameControls
 from motiongen.options import PositiveInt, Share
@@ -47,7 +48,7 @@ class TimeUnrolling(FrameControls):
         if not query:
             raise CompositionError("time_unrolling needs at least one mechanism in generator/unroller/query")
         super().__init__(dimensions, embeddings, query, branches)
-        layer = nn.TransformerDecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
+        layer = DecoderLayer(self.width, heads, feedforward, dropout, activation, batch_first=True)
         self.transformer = nn.TransformerDecoder(layer, layers)
         self.projection = self.projection_of_codes()
 

@@ -8,6 +8,7 @@ import torch
 from torch import nn
 
 from motiongen.contracts import Condition, Dimensions, MotionBatch, Posterior
+from motiongen.generation.attention import first_outputs
 from motiongen.generation.embeddings import Embeddings
 from motiongen.generation.positions import sinusoidal
 from motiongen.generation.priors import standard_normal
@@ -60,8 +61,12 @@ class TokenPooling(nn.Module):
         sequence = torch.cat([tokens, self.pose_embedding(batch.motion)], dim=1)  # (B, 2 + T, D)
         positions = sinusoidal(torch.arange(sequence.shape[1], device=sequence.device), self.width)
         valid = torch.cat([mask.new_ones(tokens.shape[:2]), mask], dim=1)
-        encoded = self.transformer(self.dropout(sequence + positions.to(sequence)), src_key_padding_mask=~valid)
-        return Posterior(mean=encoded[:, 0], log_variance=encoded[:, 1])
+        encoded = self.dropout(sequence + positions.to(sequence))
+        *layers, last = self.transformer.layers
+        for layer in layers:
+            encoded = layer(encoded, src_key_padding_mask=~valid)
+        mean, log_variance = first_outputs(last, encoded, valid, 2).unbind(1)
+        return Posterior(mean, log_variance)
 
     def prior(self, condition: Condition) -> Posterior:
         return standard_normal(condition, self.width)
