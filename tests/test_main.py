@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from motiongen.application import with_quotes
+from motiongen.configuration import compose
+
 LIMIT = 2.0
 """Seconds within which the command line answers, of processor time: it waits for nothing, and wall time would also tell
 what else the machine does."""
@@ -24,6 +27,26 @@ def motiongen(folder: Path, *arguments: str, **environment: str) -> subprocess.C
     )
 
 
+@pytest.mark.parametrize(
+    "value",
+    [
+        "walk 3, turn 1.5, walk 2, wave_hand 2",
+        "stand + head movement 2 s, walk",
+        "it's 3, b (x) = 2",
+        r"C:\motions\a.yaml",
+        "x\\'y\\",
+        "mine.yaml",
+    ],
+)
+def test_a_timeline_is_read_as_the_shell_hands_it_on(value: str) -> None:
+    assert compose(["+experiment=marionette", with_quotes(f"timeline={value}")]).timeline == value
+
+
+@pytest.mark.parametrize("argument", ["timeline='a, b'", 'timeline="a, b"', "timeline=null", "timeline=", "seed=1,2"])
+def test_what_hydra_understands_is_left_alone(argument: str) -> None:
+    assert with_quotes(argument) == argument
+
+
 ANSWERS = [
     (["--help"], 0, "+experiment=marionette"),
     (["task=list"], 0, "reverse_positional_encoding"),
@@ -34,6 +57,7 @@ ANSWERS = [
     (["+experiment=marionette", "data=bandai", "data.source.root=/nowhere"], 1, "/nowhere does not exist"),
     (["-m", "+experiment=marionette", "seed=0,1", "generator/encoder=condition_encoder,nonsense"], 1, "nonsense"),
     (["task=evaluate", "run=."], 1, "is not the folder of a run"),
+    (["task=synthesize", "run=.", "timeline=walk 3, turn 1.5"], 1, "is not the folder of a run"),
     (["+experiment=marionette", "task=synthesize", "formats=[bvh,gbl]"], 1, "did you mean 'glb'?"),
     (["resume=."], 1, "is not the folder of a run"),
     (["+experiment=marionette", "+search=hybrid"], 1, "a search is a multirun: add -m"),

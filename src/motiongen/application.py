@@ -5,6 +5,7 @@ A module of its own, not `__main__`, so that launchers which run jobs in other p
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,6 +26,8 @@ from motiongen.tasks import TASKS
 from motiongen.usage import help_text
 
 MULTIRUN = ("-m", "--multirun")
+QUOTED = ("'", '"', "[", "{", "$", "null", "???")
+"""How a value begins that Hydra reads as it is meant"""
 
 register_resolvers()
 
@@ -33,6 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Runs a command line (sys.argv by default). Exits with 1 and a message if something in it is wrong."""
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     arguments.sort(key=lambda text: text not in MULTIRUN)  # argparse wants flags before or after all overrides
+    if not any(text in MULTIRUN for text in arguments):
+        arguments = [with_quotes(text) for text in arguments]
     try:
         arguments = completed(arguments)
         if _answered(arguments):
@@ -42,6 +47,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     sys.argv[1:] = arguments
     application = hydra.main(version_base=HYDRA_VERSION_BASE, config_path=str(core_conf()), config_name="config")
     application(run_task)()
+
+
+def with_quotes(argument: str) -> str:
+    """A one-line timeline as the shell hands it on, without quotes: Hydra would take its commas for a choice."""
+    key, _, value = argument.partition("=")
+    if key != "timeline" or not value or value.startswith(QUOTED):
+        return argument
+    escaped = re.sub(r"(\\+)(?='|$)", r"\1\1", value).replace("'", r"\'")  # a backslash counts before a quote alone
+    return f"timeline='{escaped}'"
 
 
 def _answered(arguments: list[str]) -> bool:
