@@ -42,6 +42,14 @@ def tests(session: nox.Session) -> None:
 
 
 @nox.session
+def fuzz(session: nox.Session) -> None:
+    """Give every reader 10,000 damaged files and list its messages, for about an hour; arguments go to pytest."""
+    install(session, "dev")
+    often = {"MOTIONGEN_FUZZ_EXAMPLES": "10000"}
+    session.run("pytest", "tests/hostile", "--hypothesis-show-statistics", *session.posargs, env=often)
+
+
+@nox.session
 def lint(session: nox.Session) -> None:
     """Check the style of all code."""
     session.install("ruff>=0.8")
