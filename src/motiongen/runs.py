@@ -5,6 +5,7 @@ With `resume` and `run`, its stored overrides stand in for what the user would h
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from collections.abc import Iterable, Set
@@ -61,9 +62,9 @@ def _resumed(arguments: list[str], folder: Path, *, trust: bool) -> list[str]:
         raise RunError(f"resume: {folder} has no {CHECKPOINT} to go on from; start the run again")
     if rest := [text for text in arguments if _key(text) != "resume" and text != TRUST]:
         raise RunError(f"resume: the run goes on with the configuration it had; leave out {' '.join(rest)}")
-    started_in = _started_in(folder)
-    if started_in.is_dir():
-        os.chdir(started_in)
+    # Where it is gone, or was another machine's, the run goes on from here.
+    with contextlib.suppress(OSError, ValueError):
+        os.chdir(_started_in(folder))
     return [*stored, _override("resume", folder), _override("hydra.run.dir", folder)]
 
 

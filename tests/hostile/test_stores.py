@@ -65,8 +65,12 @@ def test_a_store_of_which_anything_was_changed_is_made_anew(damage: Any, file: s
     whole = store_files()
     damaged = whole | {file: damage(whole[file])}
     store = reopened(damaged, tmp_path / "clips" / PLACE, SOURCE)
-    assert store.was_made == (damaged != whole)
-    assert files_of(store) == whole
+    if store.was_made:
+        assert damaged != whole
+        assert files_of(store) == whole
+    else:  # at most spaces differ
+        assert damaged["features.npy"] == whole["features.npy"]
+        assert json.loads(damaged["index.json"]) == json.loads(whole["index.json"])
 
 
 @given(change=changes(with_arrays=False))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -125,7 +124,7 @@ def _is_skeleton(value: Any) -> bool:
     return (
         [len(row) for row in rows] == [3] * JOINTS
         and all(type(number) in (int, float) for number in numbers)
-        and all(math.fabs(number) < 1e3 for number in numbers)
+        and all(-1e3 < number < 1e3 for number in numbers)
     )
 
 

@@ -96,7 +96,9 @@ def _evaluation(summary: Mapping[str, Any], prefix: str, recognizer: Mapping[str
         judged = [system for system in found if system != REAL]
         if len(judged) != 1:
             told = ", ".join(judged) or "none: the run cannot be made with it"
-            raise InputError(f"{name:.200}: a row judges one run with one correction, not {told:.500}")
+            raise InputError(
+                f"results: {SUMMARY_FILE}: {name:.200}: a row judges one run with one correction, not {told:.500}"
+            )
         for system, own in (("generated", found[judged[0]]), (REAL, found[REAL])):
             for figure in COLUMNS:
                 if len(own["curves"][figure]) != sequences["actions"]:
