@@ -1,8 +1,11 @@
 from __future__ import annotations
 
+import pytest
 import torch
 
+from motiongen.configuration import check, compose
 from motiongen.contracts import Code
+from motiongen.errors import InputError
 from motiongen_plugins.free_running.free_running import FreeRunning
 from motiongen_plugins.teacher_forcing.teacher_forcing import TeacherForcing
 from tests.compositions import batch, marionet
@@ -75,3 +78,16 @@ def test_what_was_generated_enters_without_gradient():
     for name, parameter in generator.decoder.transformer.named_parameters():
         assert parameter.grad is not None, name
         assert parameter.grad.isfinite().all()
+
+
+def test_the_experiment_fine_tunes_a_run():
+    with pytest.raises(InputError, match="init"):
+        check(["+experiment=marionette_free_running"])
+
+
+def test_its_composition_is_marionets_but_for_the_training_scheme():
+    fine, plain = (compose([f"+experiment={name}"]) for name in ("marionette_free_running", "marionette"))
+    assert fine.generator.training._target_.endswith(".FreeRunning")
+    fine.generator.training = plain.generator.training
+    for key in ("generator", "data", "objective", "optimizer"):
+        assert fine[key] == plain[key], key
