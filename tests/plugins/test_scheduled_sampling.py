@@ -1,8 +1,9 @@
 from __future__ import annotations
 
+import pytest
 import torch
 
-from motiongen.contracts import Code
+from motiongen.contracts import Code, CompositionError
 from motiongen_plugins.scheduled_sampling.scheduled_sampling import ScheduledSampling
 from motiongen_plugins.teacher_forcing.teacher_forcing import TeacherForcing
 from tests.compositions import batch, marionet
@@ -61,3 +62,22 @@ def test_half_way_about_half_of_the_frames_are_predicted():
     assert ((mixed == 0).all(-1) | (mixed == 1).all(-1)).all()
     assert 0.45 < (mixed[..., 0] == 1).float().mean() < 0.55
     assert torch.equal(decoder.seen[:, 0], data.condition.initial_motion[:, -1])
+
+
+def test_further_passes_feed_back_what_was_predicted_from_predictions():
+    """With a pass for every frame the last one is what the decoder generates by itself."""
+    data = batch((5, 3))
+    generator, scheduled = predict(ScheduledSampling(activate=0.0, accomplish=0.0, passes=6), data, 0.5)
+    seeded = torch.Generator().manual_seed(1)
+    with torch.no_grad():
+        latent = generator.encoder.posterior(data).sample(seeded)
+        controls = generator.unroller(Code(latent, latent), data.condition)
+        generated = generator.decoder.generate(controls, data.condition)
+    mask = data.condition.mask
+    torch.testing.assert_close(scheduled.motion[mask], generated[mask])
+    assert not torch.allclose(scheduled.first_pass[mask], generated[mask], atol=1e-3)
+
+
+def test_one_pass_is_refused():
+    with pytest.raises(CompositionError, match="teacher_forcing"):
+        ScheduledSampling(activate=0.0, accomplish=1.0, passes=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from motiongen.errors import InputError
 from motiongen.options import Share
 
 
@@ -10,12 +11,12 @@ class LinearRamp:
     """0 until `start`, then linearly up to 1 at `end`; both in [0, 1].
 
     Raises:
-        ValueError: unless 0 <= start <= end <= 1.
+        InputError: unless 0 <= start <= end <= 1.
     """
 
     def __init__(self, start: Share, end: Share) -> None:
         if not 0 <= start <= end <= 1:
-            raise ValueError(f"a ramp needs 0 <= start <= end <= 1, not start {start} and end {end}")
+            raise InputError(f"a ramp needs 0 <= start <= end <= 1, not start {start} and end {end}")
         self.start = start
         self.end = end
 

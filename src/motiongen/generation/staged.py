@@ -165,7 +165,7 @@ def refuse_what_cannot_work(
     if not training.needs_past and decoder.autoregressive:
         raise CompositionError(
             f"{type(decoder).__name__} reads the past, which {type(training).__name__} does not shape; "
-            "choose generator/training=teacher_forcing, scheduled_sampling or free_running"
+            "choose generator/training=teacher_forcing or scheduled_sampling"
         )
     if not unroller.carries & decoder.uses:
         raise CompositionError(
