@@ -15,6 +15,7 @@ import numpy as np
 import torch
 from filelock import FileLock
 from numpy.typing import NDArray
+from rich import get_console
 from rich.progress import Progress
 from torch import Tensor
 
@@ -158,7 +159,8 @@ def _fill(source: Source, jobs: list[Job], journal: Journal, max_rejected: float
     waiting = [job for job in jobs if job.name not in journal.done]
     _say_what_is_there(source, waiting, len(jobs))
     names = {row["name"] for entry in journal.done.values() for row in entry.get("sequences", ())}
-    with Progress(transient=True) as progress:
+    # Drawn anew by a thread only where somebody watches.
+    with Progress(transient=True, auto_refresh=get_console().is_terminal) as progress:
 
         def announce(seconds: float) -> None:
             progress.print(f"{source.name}: about {seconds:.0f} seconds to go", markup=False)

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import torch
+from rich import get_console
 from rich.progress import Progress
 from torch import Tensor
 
@@ -87,7 +88,8 @@ def evaluate(
     judges = [Judge.of(one.recognizer.eval(), data, batches, protocol.frozen_speed) for one in recognizers]
     widths = [features_of(one.recognizer, batches[:1]).shape[1] for one in recognizers]
     lengths = [Length.of(frames, batches, data, protocol.batch_size) for frames in protocol.lengths]
-    with Progress() as progress:
+    # Drawn anew by a thread only where somebody watches.
+    with Progress(auto_refresh=get_console().is_terminal) as progress:
         task = progress.add_task("Evaluating", total=len(systems) * protocol.seeds)
         runs: list[dict[str, list[Judgement]]] = [{name: [] for name in systems} for _ in judges]
         at_lengths: list[dict[str, list[list[Judgement]]]] = [{} for _ in judges]
