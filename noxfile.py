@@ -43,7 +43,7 @@ def tests(session: nox.Session) -> None:
 
 @nox.session
 def fuzz(session: nox.Session) -> None:
-    """Give every reader 10,000 damaged files and list its messages, for about an hour; arguments go to pytest."""
+    """Give every reader 10,000 damaged files and list its messages, for an hour or two; arguments go to pytest."""
     install(session, "dev")
     often = {"MOTIONGEN_FUZZ_EXAMPLES": "10000"}
     session.run("pytest", "tests/hostile", "--hypothesis-show-statistics", *session.posargs, env=often)
