@@ -29,6 +29,9 @@ CPU_ATTENTION = {
 MULTIPLICATION = 2048
 """Rows and columns of the matrices whose product gives the rate of the machine."""
 
+READING = 2**27
+"""Numbers whose sum gives the rate of reading: far more than caches hold."""
+
 
 @dataclass(frozen=True)
 class Effort:
@@ -101,6 +104,13 @@ def multiplication_rate(dtype: torch.dtype, quick: bool) -> float:
     return 2 * size**3 / min(_seconds(lambda: one @ other) for _ in range(9))
 
 
+@cache
+def reading_rate(quick: bool) -> float:
+    """Bytes a second of numbers that are in no cache: the best of eight."""
+    numbers = torch.ones(1024 if quick else READING)
+    return numbers.nbytes / min(_seconds(numbers.sum) for _ in range(9))
+
+
 def operations(action: Callable[[], object]) -> int:
     """Floating point operations of the matrix products and attentions in a call."""
     with FlopCounterMode(display=False, custom_mapping=CPU_ATTENTION) as counter:
@@ -157,5 +167,6 @@ def machine(effort: Effort) -> dict[str, str]:
         "torch": torch.__version__,
         "float32 products": f"{rates[torch.float32]:.0f} GFLOP/s",
         "bfloat16 products": f"{rates[torch.bfloat16]:.0f} GFLOP/s",
+        "reading": f"{reading_rate(effort.quick) / 1e9:.0f} GB/s",
         "load before the run": f"{os.getloadavg()[0]:.1f}",
     }

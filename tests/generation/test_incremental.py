@@ -4,17 +4,18 @@ import pytest
 import torch
 from torch import nn
 
-from motiongen.generation.incremental import IncrementalDecoder
+from motiongen.generation.incremental import FEW_ROWS, IncrementalDecoder
 
 
-def test_steps_equal_the_causal_decoder():
+@pytest.mark.parametrize("batch", [1, FEW_ROWS, FEW_ROWS + 1])
+def test_steps_equal_the_causal_decoder(batch: int):
     torch.manual_seed(0)
     layer = nn.TransformerDecoderLayer(16, 4, 32, dropout=0.0, activation="gelu", batch_first=True)
     decoder = nn.TransformerDecoder(layer, 3).eval()
     for parameter in decoder.parameters():
         nn.init.normal_(parameter, std=0.3)
-    query, memory, added = torch.randn(2, 7, 16), torch.randn(2, 5, 16), torch.randn(2, 7, 16)
-    mask = torch.tensor([[True] * 5, [True] * 3 + [False] * 2])
+    query, memory, added = torch.randn(batch, 7, 16), torch.randn(batch, 5, 16), torch.randn(batch, 7, 16)
+    mask = torch.arange(5) < torch.tensor([3, 5, 4])[:batch, None]
     future = torch.ones(7, 7, dtype=torch.bool).triu(1)
     with torch.no_grad():
         whole = query

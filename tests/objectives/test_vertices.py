@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 
 import pytest
@@ -15,10 +16,10 @@ from motiongen.contracts import CompositionError, Prediction
 from motiongen.motion.bodies import Body, makehuman, smpl
 from motiongen.motion.representation import TRANSLATION, pack, unpack
 from motiongen.motion.skeleton import JOINTS, Skeleton
-from motiongen.objectives import vertices
+from motiongen.objectives import direct_skinning
 from motiongen.objectives.objective import Objective
 from motiongen.objectives.terms import squared_error, velocity_error
-from motiongen.objectives.vertices import TOGETHER, DirectSkinning, Vertices, vertex_factor
+from motiongen.objectives.vertices import DirectSkinning, Vertices, vertex_factor
 from tests.compositions import batch, skeleton
 from tests.motion.bodies.test_smpl import model, write
 
@@ -107,6 +108,29 @@ def test_correctives_take_the_direct_path(tmp_path) -> None:
     assert not torch.allclose(direct, skinned(replace(body, pose_directions=None), motion(0)), atol=1e-2)
 
 
+@pytest.mark.skipif(shutil.which("g++") is None, reason="torch.compile needs a C++ compiler, and there is no g++")
+def test_compiled_is_what_it_is_without() -> None:
+    body = makehuman()
+    found = []
+    for compiled in (False, True):
+        quantity = Vertices(body=body, compiled=compiled)
+        for length in (5, 6):  # a second length is compiled for as well
+            predicted = motion(0, length).requires_grad_()
+            loss = (quantity(predicted, body.skeleton) - quantity(motion(1, length), body.skeleton)).square().mean()
+            found.append(torch.cat([loss.detach()[None], torch.autograd.grad(loss, predicted)[0].flatten()]))
+    for plain, other in zip(found[:2], found[2:], strict=True):
+        assert (other - plain).norm() < 1e-5 * plain.norm()
+
+
+def test_compiling_what_cannot_be_is_refused(monkeypatch, tmp_path) -> None:
+    body = smpl(write(tmp_path / "model.npz", model(24)))
+    with pytest.raises(CompositionError, match="compiled=true is for rigid skinning"):
+        Vertices(body=body, correctives=True, compiled=True)
+    monkeypatch.setenv("CXX", str(tmp_path / "none"))
+    with pytest.raises(CompositionError, match=r"compiled=true needs a C\+\+ compiler, and there is no .*none"):
+        Vertices(body=body, compiled=True)
+
+
 def test_correctives_that_a_body_has_not_are_refused() -> None:
     with pytest.raises(CompositionError, match=r"correctives=true would have no effect.*body=smpl"):
         Vertices(body=makehuman(), correctives=True)
@@ -136,9 +160,9 @@ def test_an_objective_names_it_with_the_body_of_the_run() -> None:
     assert (predicted.grad[1, 3:] == 0).all()
 
 
-@pytest.mark.parametrize("together", [1, 700, TOGETHER])
+@pytest.mark.parametrize("together", [1, 700, direct_skinning.TOGETHER])
 def test_direct_skinning_part_by_part_is_skinning_at_once(body: Body, monkeypatch, together: int) -> None:
-    monkeypatch.setattr(vertices, "TOGETHER", together)
+    monkeypatch.setattr(direct_skinning, "TOGETHER", together)
     features = motion(0, length=3)
     rotations, position = unpack(features)
     found = DirectSkinning(body)(rotations, position)

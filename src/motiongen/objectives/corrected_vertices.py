@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 
 import torch
 from torch import Tensor
@@ -11,7 +11,8 @@ from motiongen.contracts import CompositionError
 from motiongen.motion.bodies.body import Body
 from motiongen.motion.representation import unpack
 from motiongen.motion.skeleton import Skeleton
-from motiongen.objectives.vertices import DirectSkinning, FactoredSkinning
+from motiongen.objectives.direct_skinning import Bones, Flesh, bones, error_by_correctives, flesh, squared_error
+from motiongen.objectives.vertices import FactoredSkinning
 
 
 class CorrectedVertices:
@@ -49,19 +50,14 @@ class CorrectedVertices:
     def __call__(self, predicted: Tensor, target: Tensor, skeleton: Skeleton) -> Tensor:
         """Poses (N, 135) to their errors (N,)."""
         body, factored = self._body(skeleton, predicted.device)
+        poses = [(rotations, torch.zeros_like(place)) for rotations, place in map(unpack, (predicted, target))]
+        made, wanted = (bones(body, *pose) for pose in poses)
         if self.sampled is None:
-            return _squared_error(body, predicted, target)
+            return _mean(squared_error, flesh(body), made, wanted)
         chosen = torch.randperm(len(body.rest), generator=self.draws)[: self.sampled].to(predicted.device)
-        directions = None if body.pose_directions is None else body.pose_directions[chosen]
-        some = replace(
-            body, rest=body.rest[chosen], weights=body.weights[chosen], faces=body.faces[:0], pose_directions=directions
-        )
-        rigid = replace(some, pose_directions=None)
-        numbers = [
-            factored(rotations, torch.zeros_like(place)) for rotations, place in map(unpack, (predicted, target))
-        ]
-        everywhere = (numbers[0] - numbers[1]).square().mean(dim=-1)
-        return everywhere + _squared_error(some, predicted, target) - _squared_error(rigid, predicted, target)
+        numbers, true_numbers = (factored(*pose) for pose in poses)
+        rigid = (numbers - true_numbers).square().mean(dim=-1)
+        return rigid + _mean(error_by_correctives, flesh(body).some(chosen), made, wanted)
 
     def _body(self, skeleton: Skeleton, device: torch.device) -> tuple[Body, FactoredSkinning]:
         key = skeleton, device
@@ -73,11 +69,7 @@ class CorrectedVertices:
         return self._fitted[key]
 
 
-def _squared_error(body: Body, predicted: Tensor, target: Tensor) -> Tensor:
-    """Poses (N, 135) to the mean squared error of the vertices' coordinates (N,)."""
-    direct = DirectSkinning(body)
-    made, wanted = (
-        direct.parts(rotations, torch.zeros_like(place)) for rotations, place in map(unpack, (predicted, target))
-    )
-    parts = [(one - other).square().sum(dim=0) for one, other in zip(made, wanted, strict=True)]
-    return torch.stack(parts).sum(dim=0) / (3 * len(body.rest))
+def _mean(error: Callable[[Flesh, Bones, Bones], Tensor], vertices: Flesh, made: Bones, wanted: Bones) -> Tensor:
+    """The mean of a squared error over the coordinates of vertices, (N,)."""
+    parts = [error(part, made, wanted) for part in vertices.parts(poses=made.bent.shape[1])]
+    return torch.stack(parts).sum(dim=0) / (3 * len(vertices.rest))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import torch
 from torch import Tensor
 
@@ -12,12 +10,11 @@ from motiongen.motion.bodies.body import Body
 from motiongen.motion.kinematics import forward_kinematics
 from motiongen.motion.representation import unpack
 from motiongen.motion.skeleton import JOINTS, Skeleton
+from motiongen.objectives.compiling import compiled as compiled_function
+from motiongen.objectives.direct_skinning import bones, flesh, skinned
 
 NULL = 1e-12
 """A direction of transforms with a smaller share of the largest eigenvalue moves no vertex."""
-
-TOGETHER = 2**16
-"""Vertices times poses that are skinned at once: what is worked out for them stays in the processor's cache."""
 
 
 class Vertices:
@@ -28,18 +25,27 @@ class Vertices:
         correctives: skin every vertex with the pose-dependent corrections that an SMPL body has, at a cost in time and
             memory in proportion to the vertices; otherwise they are left out and `FactoredSkinning` does the work.
         translation: compare the vertices where they are in the world; otherwise the pelvis is the origin (ACTOR).
+        compiled: by `torch.compile`, which takes half a minute at the first steps and halves the time of later ones;
+            not together with `correctives`, whose loop over vertices it would unroll.
 
     Raises:
-        CompositionError: `correctives` for a body that has none.
+        CompositionError: `correctives` for a body that has none or together with `compiled`, or no C++ compiler.
     """
 
-    def __init__(self, *, body: Body, correctives: bool = False, translation: bool = False) -> None:
+    def __init__(
+        self, *, body: Body, correctives: bool = False, translation: bool = False, compiled: bool = False
+    ) -> None:
         if correctives and body.pose_directions is None:
             raise CompositionError(
                 "Vertices: correctives=true would have no effect, since this body has no pose-dependent correctives; "
                 "choose body=smpl, or leave it out"
             )
+        if correctives and compiled:
+            raise CompositionError(
+                "Vertices: compiled=true is for rigid skinning; leave out correctives=true, or take CorrectedVertices"
+            )
         self.body = body
+        self.numbers = compiled_function(_numbers) if compiled else _numbers
         self.skinning = DirectSkinning if correctives else FactoredSkinning
         self.translation = translation
         self._fitted: dict[tuple[Skeleton, torch.device], DirectSkinning | FactoredSkinning] = {}
@@ -51,8 +57,12 @@ class Vertices:
             # Once and in full precision, whatever the training step that comes first is run in.
             with torch.autocast(self.body.rest.device.type, enabled=False):
                 self._fitted[key] = self.skinning(self.body.fitted_to(skeleton).to(features.device))
-        rotations, position = unpack(features)
-        return self._fitted[key](rotations, position if self.translation else torch.zeros_like(position))
+        return self.numbers(self._fitted[key], features, self.translation)
+
+
+def _numbers(skinning: DirectSkinning | FactoredSkinning, features: Tensor, translation: bool) -> Tensor:
+    rotations, position = unpack(features)
+    return skinning(rotations, position if translation else torch.zeros_like(position))
 
 
 class DirectSkinning:
@@ -64,32 +74,9 @@ class DirectSkinning:
     def __call__(self, rotations: Tensor, position: Tensor) -> Tensor:
         """Local rotations (..., 22, 3, 3) and pelvis positions (..., 3) to (..., 3V), metres."""
         poses = position.shape[:-1]
-        numbers = torch.cat(list(self.parts(rotations.reshape(-1, JOINTS, 3, 3), position.reshape(-1, 3))))
+        posed = bones(self.body, rotations.reshape(-1, JOINTS, 3, 3), position.reshape(-1, 3))
+        numbers = torch.cat([skinned(part, posed).flatten(0, 1) for part in flesh(self.body).parts(poses.numel())])
         return numbers.movedim(-1, 0).reshape(*poses, 3 * len(self.body.rest))
-
-    def parts(self, rotations: Tensor, position: Tensor) -> Iterator[Tensor]:
-        """(3v, N) of some vertices after others, metres: `Body.vertices` with the poses last.
-
-        Args:
-            rotations: (N, 22, 3, 3) local.
-            position: (N, 3) of the pelvis.
-        """
-        body, count = self.body, len(position)
-        world, moved = body.transforms(rotations, position)
-        columns = [world[..., axis].movedim(0, -1).flatten(1) for axis in range(3)]  # (22, 3N) each
-        shift = moved.movedim(0, -1).flatten(1)
-        bent = (rotations[:, 1:] - torch.eye(3).to(rotations)).flatten(1).T.contiguous()
-        size = max(1, TOGETHER // max(1, count))
-        for start in range(0, len(body.rest), size):
-            some = slice(start, start + size)
-            weights, rest = body.weights[some], body.rest[some].reshape(-1, 1)
-            if body.pose_directions is not None:
-                rest = torch.addmm(rest, body.pose_directions[some].flatten(0, 1), bent)
-            place = rest.unflatten(0, (-1, 3))  # (v, 3, N or 1)
-            posed = (weights @ shift).unflatten(1, (3, count))
-            for axis, column in enumerate(columns):
-                posed = torch.addcmul(posed, place[:, axis, None], (weights @ column).unflatten(1, (3, count)))
-            yield posed.flatten(0, 1)
 
 
 class FactoredSkinning:
