@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import copy
 import json
 import math
 from dataclasses import replace
@@ -207,6 +208,16 @@ def test_two_recognizers_judge_the_same_motions(data: MotionData, recognizer: Tr
 def test_a_recognizer_of_another_split_is_refused(data: MotionData, recognizer: TrainedRecognizer) -> None:
     with pytest.raises(LeakError, match="it may know the test clips"):
         judged(data, replace(recognizer, data_fingerprint="another"), noisy=noisy)
+
+
+def test_an_action_without_a_test_clip_is_refused(data: MotionData, recognizer: TrainedRecognizer) -> None:
+    lacking = copy.copy(data)
+    absent = data.tags[0]
+    segments = [data.store.sequences[clip.sequence].segments[clip.segment] for clip in data.split.test]
+    others = tuple(clip for clip, one in zip(data.split.test, segments, strict=True) if absent not in one.tags)
+    lacking.split = replace(data.split, test=others)
+    with pytest.raises(ValueError, match=f"no test clip shows {absent}; its figures would mean nothing"):
+        judged(lacking, replace(recognizer, data_fingerprint=lacking.fingerprint), noisy=noisy)
 
 
 def test_intervals_and_differences_are_over_the_clips(data: MotionData, recognizer: TrainedRecognizer) -> None:
