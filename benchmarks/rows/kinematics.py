@@ -53,8 +53,9 @@ def measure(effort: Effort) -> list[Result]:
         found.append(
             Comparison(
                 name,
-                **interleaved({key: partial(_repeat, call, effort.size(20, 1)) for key, call in calls.items()}, effort),
+                # Before it is timed, so that compiling is over by then.
                 error=relative_error(calls["ours"](), calls["reference"]()),
+                **interleaved({key: partial(_repeat, call, effort.size(20, 1)) for key, call in calls.items()}, effort),
                 tolerance=1e-5,
                 target=TARGET,
                 made=(effort.size(20, 1) * len(rotations), "poses"),

@@ -25,7 +25,7 @@ class Vertices:
         correctives: skin every vertex with the pose-dependent corrections that an SMPL body has, at a cost in time and
             memory in proportion to the vertices; otherwise they are left out and `FactoredSkinning` does the work.
         translation: compare the vertices where they are in the world; otherwise the pelvis is the origin (ACTOR).
-        compiled: by `torch.compile`, which takes half a minute at the first steps and halves the time of later ones;
+        compiled: by `torch.compile`, which takes a minute or two at the first steps and halves the time of later ones;
             not together with `correctives`, whose loop over vertices it would unroll.
 
     Raises:
