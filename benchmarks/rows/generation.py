@@ -1,8 +1,8 @@
 """MARIONET generation, a batch of whole motions.
 
-Reference: the decoder runs over all past frames at every step. Ours keeps the keys and values of past frames and
-projects the controls once. The floor counts products alone. However small the batch, the layers' weights are read for
-every frame, too: below the table, the time of that at the rate of the machine.
+Reference: the decoder runs over all past frames at every step. Ours keeps the keys and values of past frames, projects
+the controls once and lays the layers' weights out once for the batch. The floor counts products alone. However small the
+batch, the weights are read for every frame, too: below the table, the time of that at the rate of the machine.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ import pytest
 import torch
 from torch import nn
 
-from motiongen.generation.incremental import FEW_ROWS, IncrementalDecoder
+from motiongen.generation.incremental import IncrementalDecoder
 
 
-@pytest.mark.parametrize("batch", [1, FEW_ROWS, FEW_ROWS + 1])
+@pytest.mark.parametrize("batch", [1, 3])
 def test_steps_equal_the_causal_decoder(batch: int):
     torch.manual_seed(0)
     layer = nn.TransformerDecoderLayer(16, 4, 32, dropout=0.0, activation="gelu", batch_first=True)

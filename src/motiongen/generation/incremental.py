@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Iterable
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-FEW_ROWS = 2
-"""On the CPU, products of so few rows with a widening matrix take half the time if it is stored input first."""
+from motiongen.generation.packed import packed_linear
 
 
 class IncrementalDecoder:
@@ -37,10 +35,10 @@ class IncrementalDecoder:
         `added` (B, D) is added to the input of every layer but the first.
         """
         first, *others = self._layers
-        output = first.step(frame, query.unsqueeze(1))
+        output = first.step(frame, query)
         for layer in others:
-            output = layer.step(frame, output + added.unsqueeze(1))
-        return output.squeeze(1)
+            output = layer.step(frame, output + added)
+        return output
 
 
 class _LayerState:
@@ -49,48 +47,42 @@ class _LayerState:
             raise ValueError("IncrementalDecoder evaluates post-norm layers")
         self.layer = layer
         own, other, width = layer.self_attn, layer.multihead_attn, layer.linear1.in_features
-        self.heads = other.num_heads
-        few = memory.device.type == "cpu" and len(memory) <= FEW_ROWS
-        self.project = _linear(own.in_proj_weight, own.in_proj_bias, input_first=few)
-        self.project_query = _linear(other.in_proj_weight[:width], other.in_proj_bias[:width])
-        self.widen = _linear(layer.linear1.weight, layer.linear1.bias, input_first=few)
+        self.heads, rows = other.num_heads, len(memory)
+        self.project = packed_linear(own.in_proj_weight, own.in_proj_bias, rows)
+        self.merge = packed_linear(own.out_proj.weight, own.out_proj.bias, rows)
+        self.project_query = packed_linear(other.in_proj_weight[:width], other.in_proj_bias[:width], rows)
+        self.merge_memory = packed_linear(other.out_proj.weight, other.out_proj.bias, rows)
+        self.widen = packed_linear(layer.linear1.weight, layer.linear1.bias, rows, layer.activation)
+        self.narrow = packed_linear(layer.linear2.weight, layer.linear2.bias, rows)
         # Finite, so that a motion without any valid token gives numbers, which are then masked.
-        hidden = torch.where(mask, 0.0, torch.finfo(memory.dtype).min)
-        self.hidden = hidden.to(memory)[:, None, None, :]
+        hidden = torch.where(mask, 0.0, torch.finfo(memory.dtype).min).to(memory)
+        self.hidden = hidden.repeat_interleave(self.heads, dim=0).unsqueeze(1)
         projected = F.linear(memory, other.in_proj_weight[width:], other.in_proj_bias[width:])
         # In one piece, or every step would copy them.
-        self.memory_keys, self.memory_values = (part.contiguous() for part in _split(projected, 2, self.heads))
-        self.keys = memory.new_zeros(len(memory), self.heads, frames, width // self.heads)
+        self.memory_keys, self.memory_values = (
+            part.unflatten(-1, (self.heads, -1)).transpose(1, 2).flatten(0, 1).contiguous()
+            for part in projected.chunk(2, dim=-1)
+        )
+        self.keys = memory.new_zeros(rows * self.heads, frames, width // self.heads)
         self.values = torch.zeros_like(self.keys)
+        self.visible = memory.new_zeros(1, 1, 1)
 
     def step(self, frame: int, x: Tensor) -> Tensor:
-        layer = self.layer
-        query, key, value = _split(self.project(x), 3, self.heads)
-        self.keys[:, :, frame : frame + 1] = key
-        self.values[:, :, frame : frame + 1] = value
-        past = slice(0, frame + 1)
-        attended = _attend(query, self.keys[:, :, past], self.values[:, :, past])
-        x = layer.norm1(x + _merge(layer.self_attn, attended))
-        (query,) = _split(self.project_query(x), 1, self.heads)
+        layer, past = self.layer, slice(0, frame + 1)
+        query, key, value = self.project(x).view(len(x), 3, self.heads, -1).unbind(1)
+        self.keys[:, frame], self.values[:, frame] = key.flatten(0, 1), value.flatten(0, 1)
+        attended = _attend(query, self.keys[:, past], self.values[:, past], self.visible)
+        x = layer.norm1(x + self.merge(attended))
+        query = self.project_query(x).view(len(x), self.heads, -1)
         attended = _attend(query, self.memory_keys, self.memory_values, self.hidden)
-        x = layer.norm2(x + _merge(layer.multihead_attn, attended))
-        return layer.norm3(x + layer.linear2(layer.activation(self.widen(x))))
+        x = layer.norm2(x + self.merge_memory(attended))
+        return layer.norm3(x + self.narrow(self.widen(x)))
 
 
-def _linear(weight: Tensor, bias: Tensor, input_first: bool = False) -> Callable[[Tensor], Tensor]:
-    return partial(F.linear, weight=weight.T.contiguous().T if input_first else weight, bias=bias)
+def _attend(query: Tensor, keys: Tensor, values: Tensor, hidden: Tensor) -> Tensor:
+    """Attention of one query (B, H, W) to (B * H, L, W), with what is added to the scores: (B, H * W).
 
-
-def _split(projected: Tensor, count: int, heads: int) -> list[Tensor]:
-    """Projections side by side (B, L, count * D), each as heads (B, H, L, D / H)."""
-    return [part.unflatten(-1, (heads, -1)).transpose(1, 2) for part in projected.chunk(count, dim=-1)]
-
-
-def _attend(query: Tensor, keys: Tensor, values: Tensor, hidden: Tensor | float = 0.0) -> Tensor:
-    """Attention of one query (B, H, 1, W) to (B, H, L, W); two products are faster than torch's function for many."""
-    scores = (query * query.shape[-1] ** -0.5) @ keys.transpose(-1, -2)
-    return (scores + hidden).softmax(dim=-1) @ values
-
-
-def _merge(attention: nn.MultiheadAttention, heads: Tensor) -> Tensor:
-    return attention.out_proj(heads.transpose(1, 2).flatten(-2))
+    Two products are faster than torch's function for many queries.
+    """
+    scores = torch.baddbmm(hidden, query.flatten(0, 1).unsqueeze(1), keys.mT, alpha=query.shape[-1] ** -0.5)
+    return (scores.softmax(dim=-1) @ values).view(len(query), -1)
