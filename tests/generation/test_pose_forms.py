@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import pytest
 import roma
@@ -153,3 +155,19 @@ def test_violations_by_hand():
     # R = 2 I: |4 I - I|^2 = 27 and |8 - 1| = 7.
     assert Matrix(FEATURES).violation(2 * torch.eye(3).flatten()).item() == pytest.approx(34.0)
     assert AxisAngle(FEATURES).violation(torch.tensor([1.0, 9.0, 0.0])).item() == 0
+
+
+TRAINING_AFTER_GENERATION = """
+import torch
+from motiongen.generation.pose_forms import Matrix
+
+with torch.inference_mode():
+    Matrix(features=9).to_matrices(torch.randn(5, 9))
+output = torch.randn(5, 9, requires_grad=True)
+Matrix(features=9).to_matrices(output).square().sum().backward()
+assert output.grad.isfinite().all()
+"""
+
+
+def test_matrices_are_trained_in_a_process_that_generated_first():
+    subprocess.run([sys.executable, "-c", TRAINING_AFTER_GENERATION], check=True)

@@ -107,7 +107,7 @@ def _reshape(form: Callable[[Any], Any]) -> Callable[[Container, Any], None]:
     """Of arrays; what is none becomes one, and what has no such form stays."""
 
     def reshape(container: Container, key: Any) -> None:
-        with suppress(ValueError, TypeError, IndexError, RuntimeError):
+        with suppress(ValueError, TypeError, IndexError, RuntimeError, OverflowError):
             container[key] = form(as_array(container[key]))
 
     return reshape

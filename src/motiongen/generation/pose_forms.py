@@ -81,7 +81,9 @@ class Matrix(RotationForm):
         return rotations.flatten(-2)
 
     def to_matrices(self, rotations: Tensor) -> Tensor:
-        return roma.special_procrustes(rotations.unflatten(-1, (3, 3)))
+        # roma keeps a constant of its first call, which no later training could use if it were an inference tensor.
+        with torch.inference_mode(False):
+            return roma.special_procrustes(rotations.unflatten(-1, (3, 3)))
 
     def violation(self, rotations: Tensor) -> Tensor:
         """|R R^T - I|^2 + abs(det R - 1) (Ghorbani et al. 2020, Eq. 25 with c_1 = c_2 = 1)."""
