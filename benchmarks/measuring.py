@@ -19,13 +19,15 @@ from torch.utils.flop_counter import FlopCounterMode, sdpa_backward_flop_count, 
 
 LONG = 5.0
 """Seconds from which on a first call needs no warm-up: what is done once does not show in it."""
-# torch's own table has the attention of GPUs alone. Its functions are called with shapes in place of tensors.
-CPU_ATTENTION = {
+# torch's own table has the operators of GPUs alone. Its functions are called with shapes in place of tensors.
+CPU_OPERATORS = {
     torch.ops.aten._scaled_dot_product_flash_attention_for_cpu: lambda *given, **_: sdpa_flop_count(*given[:3]),
     torch.ops.aten._scaled_dot_product_flash_attention_for_cpu_backward: lambda *given, **_: sdpa_backward_flop_count(
         *given[:4]
     ),
 }
+if hasattr(torch.ops.mkldnn, "_linear_pointwise"):
+    CPU_OPERATORS[torch.ops.mkldnn._linear_pointwise] = lambda x, weight, *_, **__: 2 * math.prod(x) * weight[0]
 MULTIPLICATION = 2048
 """Rows and columns of the matrices whose product gives the rate of the machine."""
 
@@ -113,7 +115,7 @@ def reading_rate(quick: bool) -> float:
 
 def operations(action: Callable[[], object]) -> int:
     """Floating point operations of the matrix products and attentions in a call."""
-    with FlopCounterMode(display=False, custom_mapping=CPU_ATTENTION) as counter:
+    with FlopCounterMode(display=False, custom_mapping=CPU_OPERATORS) as counter:
         action()
     return counter.get_total_flops()
 

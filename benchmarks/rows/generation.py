@@ -1,7 +1,7 @@
 """MARIONET generation, a batch of whole motions.
 
 Reference: the decoder runs over all past frames at every step. Ours keeps the keys and values of past frames, projects
-the controls once and lays the layers' weights out once for the batch. The floor counts products alone. However small the
+the controls once and lays the weights of the layers out once. The floor counts products alone. However small the
 batch, the weights are read for every frame, too: below the table, the time of that at the rate of the machine.
 """
 

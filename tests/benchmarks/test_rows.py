@@ -15,6 +15,7 @@ from benchmarks import report
 from benchmarks.measuring import Effort, Timing, floor, interleaved, operations, peak_mebibytes, slope
 from benchmarks.results import Comparison, Figure, InexactError
 from benchmarks.rows import ROWS
+from motiongen.generation.packed import packed_linear
 
 QUICK = Effort(quick=True)
 ALONE = {"training_input", "command_line", "lengths", "data_size", "long_motion", "evaluation_set", "profiles"}
@@ -60,6 +61,9 @@ def test_ways_are_called_in_turn() -> None:
 def test_operations_of_products_and_attention() -> None:
     one, other = torch.randn(3, 5), torch.randn(5, 7)
     assert operations(lambda: one @ other) == 2 * 3 * 5 * 7
+    with torch.inference_mode():
+        linear = packed_linear(torch.randn(7, 5), torch.zeros(7), rows=3)
+        assert operations(lambda: linear(one)) == 2 * 3 * 5 * 7
     heads = torch.randn(2, 4, 10, 16)
     assert operations(lambda: torch.nn.functional.scaled_dot_product_attention(heads, heads, heads)) == (
         2 * 2 * 2 * 4 * 10 * 10 * 16
