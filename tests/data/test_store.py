@@ -133,7 +133,12 @@ def age(path: Path) -> None:
     (path / "index.json").write_text(json.dumps(index | {"format": 0}))
 
 
-@pytest.mark.parametrize("damage", [cut, flip, lose, spoil_index, age])
+def rename_checksum(path: Path) -> None:
+    text = (path / "index.json").read_text()
+    (path / "index.json").write_text(text.replace("checksum", "checkrum"))
+
+
+@pytest.mark.parametrize("damage", [cut, flip, lose, spoil_index, age, rename_checksum])
 def test_a_damaged_store_is_noticed_and_made_anew(
     tmp_path: Path, damage: object, caplog: pytest.LogCaptureFixture
 ) -> None:

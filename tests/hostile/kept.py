@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from functools import cache, partial
@@ -23,7 +24,7 @@ from tests.compositions import skeleton
 from tests.data.corpus import ListedSource, session
 from tests.hostile import reader
 from tests.hostile.motions import is_motion
-from tests.hostile.reader import JSON, NPZ, Reader
+from tests.hostile.reader import JSON, NPZ, Form, Reader
 
 CLIPS, TAGS, FEATURES = 5, 3, 4
 ENTRY = Entry(("weights and settings", 0), torch.eye(TAGS).double()[[0, 1, 2, 0, 1]], FEATURES)
@@ -102,10 +103,19 @@ def write_store(folder: Path) -> None:
 
 
 def index() -> Any:
-    """Without its checksum, which a stranger could compute."""
+    """Without its checksum."""
     content = json.loads(store_files()["index.json"])
     del content["checksum"]
     return content
+
+
+def signed(content: Any) -> bytes:
+    """An index with its checksum, which a stranger can compute."""
+    read_back = json.loads(json.dumps(content))
+    if not isinstance(read_back, dict):
+        return JSON.write(content)
+    text = json.dumps(read_back, sort_keys=True)
+    return JSON.write(read_back | {"checksum": hashlib.sha256(text.encode()).hexdigest()})
 
 
 def store(path: Path) -> ClipStore:
@@ -134,7 +144,7 @@ READERS = {
         write_recognizer,
     ),
     "recognizer, information": Reader(INFO, lambda: INFORMATION, recognizer, recognizes, JSON, write_recognizer),
-    "store, index": Reader("index.json", index, store, is_whole, JSON, write_store, also=("features.npy",)),
+    "store, index": Reader("index.json", index, store, is_whole, Form(signed), write_store, also=("features.npy",)),
     "store, index with its checksum": Reader(
         "index.json", lambda: store_files()["index.json"], store, is_whole, around=write_store
     ),

@@ -22,7 +22,7 @@ from motiongen.data.store import ClipStore, _row
 from tests.compositions import skeleton
 from tests.data.corpus import ListedSource
 from tests.hostile.damage import damages
-from tests.hostile.kept import SESSIONS, index, is_whole, store_files
+from tests.hostile.kept import SESSIONS, index, is_whole, signed, store_files
 from tests.hostile.motions import POSES, bvh, is_motion
 from tests.hostile.reader import EXAMPLES, NPZ, Reader, often, outcome
 from tests.hostile.structures import changes
@@ -76,8 +76,7 @@ def test_a_store_of_which_anything_was_changed_is_made_anew(damage: Any, file: s
 @given(change=changes(with_arrays=False))
 @often
 def test_an_index_that_a_stranger_wrote_gives_a_whole_store(change: Callable[[Any], Any], tmp_path: Path) -> None:
-    written = json.dumps(change(index())).encode()
-    store = reopened(store_files() | {"index.json": written}, tmp_path / "clips" / PLACE, SOURCE)
+    store = reopened(store_files() | {"index.json": signed(change(index()))}, tmp_path / "clips" / PLACE, SOURCE)
     assert is_whole(store)
     assert store.fingerprint == SOURCE.fingerprint()
 

@@ -60,9 +60,7 @@ def read_index(folder: Path) -> tuple[dict[str, Any], tuple[StoredSequence, ...]
     index: dict[str, Any] = content if isinstance(content, dict) else {}
     if index.get("format") != FORMAT:
         raise DamagedStore(f"{INDEX_FILE}: format is {index.get('format')!r:.100} instead of {FORMAT}")
-    # Stores that were made before it was there have none.
-    checksum = index.pop(CHECKSUM, None)
-    if checksum is not None and checksum != _checksum(index):
+    if index.pop(CHECKSUM, None) != _checksum(index):
         raise DamagedStore(f"{INDEX_FILE}: is not what was written")
     for field in TEXTS:
         _require(isinstance(index.get(field), str), field)
