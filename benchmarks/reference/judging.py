@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 import torch
+import torch.nn.functional as F
 from torch import Tensor
+
+from benchmarks.reference.kinematics import posed_joints, rotation_from_6d
+from motiongen.motion.skeleton import JOINTS
 
 
 def frechet_distance(first: Tensor, second: Tensor) -> float:
@@ -15,6 +19,16 @@ def frechet_distance(first: Tensor, second: Tensor) -> float:
     covariance, other_covariance = np.cov(one, rowvar=False), np.cov(other, rowvar=False)
     root = scipy.linalg.sqrtm(covariance.dot(other_covariance))
     return float(apart.dot(apart) + np.trace(covariance) + np.trace(other_covariance) - 2 * np.trace(root.real))
+
+
+def body_signals(motion: Tensor, mask: Tensor, rest_joints: Tensor, fps: float = 30.0) -> Tensor:
+    """Motion (B, T, 135) to what a recognizer sees (B, T, SIGNALS); the body is posed joint by joint."""
+    rotations = rotation_from_6d(motion[..., :-3].reshape(-1, JOINTS, 6))
+    relative = posed_joints(rotations, rest_joints).view(*mask.shape, JOINTS, 3)
+    position = motion[..., None, -3:]
+    velocity = F.pad((relative + position).diff(dim=1), (0, 0, 0, 0, 1, 0)) * fps
+    frame = torch.cat([relative[..., 1:, :].flatten(2), motion[..., -1:], velocity.flatten(2)], dim=-1)
+    return frame * mask.unsqueeze(-1)
 
 
 def mean_distance(features: Tensor) -> float:

@@ -1,7 +1,8 @@
 """Judging motions: metrics on features, and the recognizer's part.
 
 Reference: scipy's matrix root; pairs of clips one after another; a recognizer that runs twice over every motion, for
-the accuracy and for the features, as in the public scripts. Both use the default recognizer with first weights.
+the accuracy and for the features, as in the public scripts, from joints that are posed one by one. Both use the default
+recognizer with first weights.
 """
 
 from __future__ import annotations
@@ -87,13 +88,17 @@ def _recognition(effort: Effort) -> Comparison:
     return _compared(f"recognizer and FID, {size * len(batches)} motions twice", ways, effort, 1e-6, 5.0)
 
 
-def _recognized(network: Recognizer, batches: list[MotionBatch], field: str) -> Tensor:
-    found = [getattr(network(batch.motion, batch.condition.mask), field) for batch in batches]
+def _recognized(network: TransformerRecognizer, batches: list[MotionBatch], field: str) -> Tensor:
+    found = []
+    for batch in batches:
+        mask = batch.condition.mask
+        signals = plain.body_signals(batch.motion, mask, body(1).rest_joints)
+        found.append(getattr(network.recognize(signals, mask), field))
     return torch.cat(found).double()
 
 
 @torch.no_grad()
-def _twice(network: Recognizer, batches: list[MotionBatch]) -> float:
+def _twice(network: TransformerRecognizer, batches: list[MotionBatch]) -> float:
     """Generated and real motions, each for the accuracy and then for the features."""
     result = 0.0
     features = []

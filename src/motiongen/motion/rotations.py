@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import roma
 import torch
 from torch import Tensor
 
@@ -13,8 +12,17 @@ def rot6d_from_matrix(rotations: Tensor) -> Tensor:
 
 
 def matrix_from_rot6d(rot6d: Tensor) -> Tensor:
-    """(..., 6) to (..., 3, 3) by Gram-Schmidt, so any two columns that are not parallel give a rotation."""
-    return roma.special_gramschmidt(rot6d.unflatten(-1, (2, 3)).transpose(-1, -2))
+    """(..., 6) to (..., 3, 3) by Gram-Schmidt, so any two columns that are not parallel give a rotation.
+
+    As roma's `special_gramschmidt`. With the components first in memory, sums over three numbers are a few long sums,
+    several times faster; what is returned is so, too.
+    """
+    first, second = rot6d.movedim(-1, 0).contiguous().unflatten(0, (2, 3))
+    x = first / first.square().sum(dim=0).sqrt()
+    y = second - (x * second).sum(dim=0) * x
+    y = y / y.square().sum(dim=0).sqrt()
+    z = torch.linalg.cross(x, y, dim=0)
+    return torch.stack([x, y, z], dim=1).movedim((0, 1), (-2, -1))
 
 
 def yaw_matrix(yaw: Tensor) -> Tensor:

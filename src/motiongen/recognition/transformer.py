@@ -60,7 +60,10 @@ class TransformerRecognizer(Recognizer):
 
     def forward(self, motion: Tensor, mask: Tensor) -> RecognizerOutput:
         """Motion (B, T, 135), mask (B, T) to logits (B, A) and features (B, E)."""
-        signals = body_signals(motion, mask, Skeleton(self.get_buffer("offsets")))
+        return self.recognize(body_signals(motion, mask, Skeleton(self.get_buffer("offsets"))), mask)
+
+    def recognize(self, signals: Tensor, mask: Tensor) -> RecognizerOutput:
+        """As `forward`, of what `body_signals` makes of the motion (B, T, SIGNALS)."""
         rest = -mask.shape[1] % self.patch
         patches = self.embed(pad(signals, (0, 0, 0, rest)).unflatten(1, (-1, self.patch)).flatten(2))
         patches = patches + sinusoids(patches.shape[1], patches.shape[2]).to(patches)
