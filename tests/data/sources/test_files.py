@@ -23,5 +23,5 @@ def test_all_ways_to_write_a_number():
     "damaged", ["3", "3 4 5", "", "3 x", "3 1e", "3 1-2", '"3" 4', "3 0x10", "3 NA", "3 1\x005", "#3 4"]
 )
 def test_what_is_no_table_of_numbers_is_refused(damaged: str):
-    with pytest.raises(ValueError, match="convert|Expected"):
+    with pytest.raises(ValueError, match=r"convert|Expected"):
         read_numbers(["1 2", damaged, "5 6"])
