@@ -88,6 +88,17 @@ def test_flags_may_stand_anywhere(tmp_path: Path) -> None:
     assert "generator.encoder.dropout=7" in answer.stderr
 
 
+@pytest.mark.parametrize("argument", ["--help", "task=list"])
+def test_a_reader_that_has_seen_enough_is_no_error(tmp_path: Path, argument: str) -> None:
+    command = [sys.executable, "-m", "motiongen", argument]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout
+        assert process.stderr
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 0
+
+
 def test_nothing_heavy_is_imported_for_an_answer(tmp_path: Path) -> None:
     answer = motiongen(tmp_path, "+experiment=marionette", "generator.encoder.dropout=7", PYTHONPROFILEIMPORTTIME="1")
     modules = {

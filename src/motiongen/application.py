@@ -5,6 +5,7 @@ A module of its own, not `__main__`, so that launchers which run jobs in other p
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -41,7 +42,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         arguments = completed(arguments)
         if _answered(arguments):
+            sys.stdout.flush()
             return
+    except BrokenPipeError:
+        # The reader has seen enough (`| head`). What it did not read would be written once more at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return
     except InputError as error:
         sys.exit(f"motiongen: {error}")
     sys.argv[1:] = arguments
