@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
-from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_numbers, read_text
+from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_text
 
 FRAME = re.compile("[0-9]{1,12}")
 
@@ -56,7 +56,7 @@ def _check_complete(path: Path, number: int, rows: Mapping[str, list[str]], fram
 
 def _table(path: Path, bone: str, rows: list[str], places: list[int], width: int) -> Tensor:
     try:
-        values = read_numbers(rows)
+        values = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
         values = np.empty((0, 0))
     if values.shape == (len(rows), width) and (np.abs(values) <= LARGEST_VALUE).all():

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from motiongen.data.roots import DataError
-from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_numbers, read_text
+from motiongen.data.sources.files import LARGEST_VALUE, is_finite, read_text
 
 MOST_JOINTS = 1000
 MOST_POSES = 2 * 10**7
@@ -158,7 +158,7 @@ def _frame_values(path: Path, lines: list[str], first: int, frames: float, chann
     if len(rows) != frames or not rows:
         raise DataError(f"{path}:{len(lines)}: Frames: {frames:g} promised, {len(rows)} lines found; is the file cut?")
     try:
-        values = read_numbers(rows)
+        values = np.loadtxt(rows, ndmin=2, comments=None)
     except ValueError:
         values = np.empty((0, 0))
     if values.shape == (frames, channels) and (np.abs(values) <= LARGEST_VALUE).all():

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import io
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
-
-import numpy as np
 
 from motiongen.data.roots import DataError
 from motiongen.files import is_file
@@ -90,29 +87,6 @@ def read_table(path: Path, columns: Iterable[str]) -> list[dict[str, str]]:
             raise DataError(f"{path}: column {column!r} is missing")
         places[column] = header.index(column)
     return [{column: row[place] for column, place in places.items()} for row in rows]
-
-
-def read_numbers(rows: Sequence[str]) -> np.ndarray:
-    """Lines of numbers with spaces between them to (rows, numbers) float64.
-
-    Raises:
-        ValueError: a word that is no number, or lines of several lengths; it does not say where.
-    """
-    # Here, as command lines that only answer should not wait for it. It reads numbers as exactly as numpy, in half the
-    # time.
-    import pandas
-
-    table = pandas.read_csv(
-        io.StringIO("\n".join(rows)),
-        sep=r"\s+",
-        header=None,
-        dtype=np.float64,
-        quoting=csv.QUOTE_NONE,
-        na_filter=False,
-        skip_blank_lines=False,
-        low_memory=False,
-    )
-    return table.to_numpy(copy=True)
 
 
 def is_finite(word: str) -> bool:
