@@ -19,6 +19,9 @@ from torch.utils.flop_counter import FlopCounterMode, sdpa_backward_flop_count, 
 
 LONG = 5.0
 """Seconds from which on a first call needs no warm-up: what is done once does not show in it."""
+REST = 0.2
+"""Seconds before every call of a comparison: threads of the last one go on waiting for work for a while, and would take
+the cores from this one's."""
 # torch's own table has the operators of GPUs alone. Its functions are called with shapes in place of tensors.
 CPU_OPERATORS = {
     torch.ops.aten._scaled_dot_product_flash_attention_for_cpu: lambda *given, **_: sdpa_flop_count(*given[:3]),
@@ -77,7 +80,8 @@ def interleaved(ways: Mapping[str, Callable[[], object]], effort: Effort) -> dic
     """
     rounds = 2 if effort.quick else effort.rounds
     names = list(ways)
-    first = {name: _seconds(ways[name]) for name in names}
+    rest = 0.0 if effort.quick else REST
+    first = {name: _seconds(ways[name], rest) for name in names}
     taken: dict[str, list[float]] = {name: [] for name in names}
     if max(first.values()) > LONG:
         taken = {name: [seconds] for name, seconds in first.items()}
@@ -87,12 +91,13 @@ def interleaved(ways: Mapping[str, Callable[[], object]], effort: Effort) -> dic
             break
         turn = number % len(names)
         for name in names[turn:] + names[:turn]:
-            taken[name].append(_seconds(ways[name]))
+            taken[name].append(_seconds(ways[name], rest))
             spent += taken[name][-1]
     return {name: Timing(tuple(seconds)) for name, seconds in taken.items()}
 
 
-def _seconds(action: Callable[[], object]) -> float:
+def _seconds(action: Callable[[], object], rest: float = 0.0) -> float:
+    time.sleep(rest)
     start = time.perf_counter()
     action()
     return time.perf_counter() - start

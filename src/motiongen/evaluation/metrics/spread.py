@@ -19,7 +19,7 @@ def diversity(features: Tensor, generator: torch.Generator, pairs: int = 200) ->
         ValueError: fewer than two clips.
     """
     _require_clips(features)
-    return float(_pair_distances(features, torch.arange(len(features)), generator, pairs).mean())
+    return float(_distances(features, torch.randint(len(features), (2, pairs), generator=generator)).mean())
 
 
 def expected_diversity(features: Tensor) -> float:
@@ -44,8 +44,8 @@ def multimodality(features: Tensor, tags: Tensor, generator: torch.Generator, pa
     over action categories"). Actions with fewer than two clips are left out. Unit: feature units. Range 0 to infinity;
     best near the value of real clips. NaN if every action is left out.
     """
-    distances = [_pair_distances(features, clips, generator, pairs).mean() for clips in _actions(tags)]
-    return float(torch.stack(distances).mean()) if distances else float("nan")
+    drawn = [clips[torch.randint(len(clips), (2, pairs), generator=generator)] for clips in _actions(tags)]
+    return float(_distances(features, torch.stack(drawn, dim=1)).mean()) if drawn else float("nan")
 
 
 def expected_multimodality(features: Tensor, tags: Tensor) -> float:
@@ -70,10 +70,10 @@ def _actions(tags: Tensor) -> list[Tensor]:
     return [numbers for numbers in clips if len(numbers) >= 2]
 
 
-def _pair_distances(features: Tensor, clips: Tensor, generator: torch.Generator, pairs: int) -> Tensor:
-    """Distances of randomly paired clips out of the numbered ones, in float64. Only the drawn clips are looked at."""
-    first, second = clips[torch.randint(len(clips), (2, pairs), generator=generator)]
-    return (features[first].double() - features[second].double()).norm(dim=1)
+def _distances(features: Tensor, pairs: Tensor) -> Tensor:
+    """Distances of paired clips (2, ...), in float64. Only the drawn clips are looked at."""
+    first, second = pairs
+    return (features[first].double() - features[second].double()).norm(dim=-1)
 
 
 def _mean_distance(features: Tensor) -> Tensor:
