@@ -31,6 +31,17 @@ def test_any_two_directions_give_a_rotation():
     torch.testing.assert_close(torch.linalg.det(matrices), torch.ones(50, dtype=torch.float64))
 
 
+def test_equals_the_gram_schmidt_of_roma_in_value_and_gradient():
+    torch.manual_seed(2)
+    rot6d = torch.randn(4, 5, 6, dtype=torch.float64, requires_grad=True)
+    weights = torch.randn(4, 5, 3, 3, dtype=torch.float64)
+    theirs = roma.special_gramschmidt(rot6d.unflatten(-1, (2, 3)).transpose(-1, -2))
+    ours = matrix_from_rot6d(rot6d)
+    torch.testing.assert_close(ours, theirs)
+    expected, found = (torch.autograd.grad((turns * weights).sum(), rot6d)[0] for turns in (theirs, ours))
+    torch.testing.assert_close(found, expected)
+
+
 def test_gradient_is_finite_at_the_identity():
     rot6d = torch.tensor([1.0, 0, 0, 0, 1, 0], requires_grad=True)
     matrix_from_rot6d(rot6d).sum().backward()
