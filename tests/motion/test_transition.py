@@ -24,15 +24,33 @@ def elbow(motion: torch.Tensor) -> torch.Tensor:
     return roma.rotmat_to_rotvec(unpack(motion)[0][0, :, 18])[:, 0]
 
 
+def hermite(time: torch.Tensor, frames: int, off: float, change: float) -> torch.Tensor:
+    """A cubic from `off`, `change` a frame steep, to zero and level: through its value and slope at both ends."""
+    slope = frames * change
+    return off + slope * time + (-3 * off - 2 * slope) * time**2 + (2 * off + slope) * time**3
+
+
 def test_the_difference_fades_by_slerp():
     before, motion = turning(6, 0.0, 0.1), turning(30, 1.5, 0.02)
     got = elbow(smooth_seam(before, motion, torch.tensor([10])))
-    # One more frame at the last velocity.
+    # The poses before lead to 0.6 and 0.7; the motion has 1.5 and 1.52.
     assert got[0] == pytest.approx(0.6, abs=1e-5)
-    time = torch.arange(10) / 10
-    share = 1 - time**2 * (3 - 2 * time)
-    torch.testing.assert_close(got[:10], elbow(motion)[:10] - 0.9 * share, atol=1e-5, rtol=0)
+    fading = hermite(torch.arange(10) / 10, 10, off=-0.9, change=0.08)
+    torch.testing.assert_close(got[:10], elbow(motion)[:10] + fading, atol=1e-5, rtol=0)
     torch.testing.assert_close(got[10:], elbow(motion)[10:])
+
+
+def test_neither_pose_nor_velocity_jumps():
+    before, motion = turning(6, 0.0, 0.1), turning(90, 1.5, -0.05)
+    before, motion = before.clone(), motion.clone()
+    before[..., -2] += 0.04 * torch.arange(6)
+    motion[..., -2] -= 0.02 * torch.arange(90)
+    whole = torch.cat([before, smooth_seam(before, motion, torch.tensor([60]))], dim=1)
+    for values in (elbow(whole), whole[0, :, -2]):
+        jump = values[5:7].diff() - values[4:6].diff()
+        assert float(jump.abs()) < 1e-5
+        # Without the change of the difference, the velocity would jump by 0.15 and 0.06 in the frame after.
+        assert float(values.diff().diff().abs().max()) < 0.02
 
 
 def test_positions_fade_too():
@@ -52,6 +70,11 @@ def test_every_motion_has_frames_of_its_own_and_none_changes_nothing():
     assert torch.equal(got[1, 4:], motion[1, 4:])
     assert float(elbow(got[2:])[-1]) < 0.2
     assert smooth_seam(before, motion, torch.zeros(3, dtype=torch.long)) is motion
+
+
+def test_a_motion_of_one_frame_is_joined():
+    before, motion = turning(6, 0.0, 0.1), turning(1, 1.5, 0.0)
+    assert elbow(smooth_seam(before, motion, torch.tensor([10])))[0] == pytest.approx(0.6, abs=1e-5)
 
 
 def test_the_short_way_is_taken():

@@ -169,6 +169,19 @@ def test_what_a_correction_says_jumps_is_smoothed():
     assert one(Walker(), standing(6), steps, correction=Jumps()).smoothed == (False, True, False)
 
 
+def test_where_all_seams_are_smoothed_a_body_that_walks_off_from_a_stand_gains_its_speed_by_and_by():
+    steps = [Step(torch.ones(1), 20), Step(torch.ones(1), 20)]
+    hard, smooth = (one(Walker(), standing(6), steps, smooth=smooth) for smooth in (False, True))
+    assert (hard.smoothed, smooth.smoothed) == ((False, False), (True, True))
+    gains = [motion.features[:, -2].diff().diff().abs().max() for motion in (hard, smooth)]
+    torch.testing.assert_close(gains[0], torch.tensor(0.1), atol=1e-5, rtol=0)
+    # A Hermite curve's slope that falls from 1 to 0 in ten frames falls by four tenths a frame at first.
+    assert float(gains[1]) < 0.04
+    torch.testing.assert_close(smooth.features[16:26], hard.features[16:26])
+    # The second action begins at the speed that it goes on with: there is nothing to smooth.
+    torch.testing.assert_close(smooth.features[26:], hard.features[26:])
+
+
 def test_parts_are_few_and_equal():
     assert equal_parts(60, 60) == [60]
     assert equal_parts(61, 60) == [31, 30]

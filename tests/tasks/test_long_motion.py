@@ -47,6 +47,23 @@ def test_corrections_of_several_trainings_in_one_table_under_two_recognizers(pla
     assert "Sequences: second recognizer, overall" in table
 
 
+def test_whether_all_seams_are_smoothed_is_part_of_the_protocol(place: Path) -> None:
+    run = untrained_run(place / "smooth", "marionette")
+    gaps = []
+    for smooth in ("false", "true"):
+        answer = motiongen(
+            place,
+            *("task=long_motion", f"runs=[{run}]", f"sequences.smooth={smooth}", f"hydra.run.dir=smooth_{smooth}"),
+            *(*COMMON, *FEW),
+        )
+        assert answer.returncode == 0, answer.stderr
+        summary = json.loads((place / f"smooth_{smooth}" / "summary.json").read_text())
+        assert summary["sequences"]["smooth"] is (smooth == "true")
+        figures = summary["overall_long_motion"]["marionette-s0, pure"]["figures"]
+        gaps.append(figures["velocity_gap"]["value"])
+    assert gaps[1] < gaps[0]
+
+
 def test_a_wrong_kind_of_sequences_is_told(place: Path) -> None:
     run = untrained_run(place / "lonely", "marionette")
     answer = motiongen(place, "task=long_motion", f"runs=[{run}]", "sequences.kinds=[overal]", *COMMON)

@@ -41,6 +41,8 @@ class SequenceProtocol:
     """Test clips are taken whose actions the recognizer is at least so sure of."""
     floor: bool = False
     """Whether every action is put on the floor, which the papers do not do."""
+    smooth: bool = False
+    """Whether all seams are smoothed; the paper smooths those where Shadow Start chose another begin of pose."""
     plausible_within: NonNegativeFloat = 0.05
     """Metres: for data without recorded transitions, how near one action's last pose has to be to another's first. One
     frame of walking is 2 cm, five are 9."""

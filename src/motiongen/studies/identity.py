@@ -19,7 +19,7 @@ from motiongen.runs import GENERATOR_FILE, require_generator, run_folder_of
 
 CHANGES_NOTHING = {
     *("hydra", "cache", "tracker", "study", "reuse", "retry_failed", "search", "trust"),
-    *("run", "motions", "runs", "results", "resume", "timeline", "variants", "floor", "rank", "formats"),
+    *("run", "motions", "runs", "results", "resume", "timeline", "variants", "floor", "smooth", "rank", "formats"),
 }
 """Keys at the top of the configuration that are folders, or that no training and no evaluation reads."""
 PLACES = {"root", "cache"}

@@ -85,6 +85,7 @@ def synthesize(
     recognizer: Recognizer | None = None,
     longest: int | None = None,
     transition_frames: int = TRANSITION_FRAMES,
+    smooth: bool = False,
     floor: Callable[[Tensor, Tensor], Tensor] | None = None,
 ) -> list[LongMotion]:
     """Generate action after action; each continues the last K frames of the motion so far.
@@ -101,6 +102,7 @@ def synthesize(
         longest: frames of the longest window that the generator was trained on. A longer action is generated in equal
             parts, as training cut it into windows: what follows a part is the action itself. None: nothing is too long.
         transition_frames: how many frames a seam is smoothed over where an action may not begin with the pose before.
+        smooth: whether all seams are smoothed so, as a generator that continues a pose need not continue its velocity.
         floor: puts motions (B, T, F), of which the frames in mask (B, T) count, on the floor (`floor.Floor`).
 
     Raises:
@@ -116,7 +118,7 @@ def synthesize(
         condition, frame = _conditions(active, turn)
         made = correction(generator, condition, seed + turn, recognizer)
         turns = torch.tensor([abs(track.turned) for track in active], device=device)
-        smoothed = (turns / TURN_A_FRAME).ceil().long().maximum(transition_frames * made.jumps)
+        smoothed = (turns / TURN_A_FRAME).ceil().long().maximum(transition_frames * (made.jumps | smooth))
         recent = torch.stack([track.recent for track in active])
         # A generator that adds displacements to numbers leaves the rotations; what comes next begins from rotations.
         motion = smooth_seam(recent, pack(*unpack(frame.leave(made.motion))), smoothed)

@@ -143,6 +143,7 @@ class Stage:
                         correction=correction,
                         recognizer=self.judges[0].recognizer,
                         longest=self.longest,
+                        smooth=self.protocol.smooth,
                         floor=self.floor,
                     )
                 except CompositionError as error:

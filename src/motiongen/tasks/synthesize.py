@@ -89,6 +89,7 @@ def perform(config: DictConfig, timeline: Timeline, data: MotionData) -> list[Va
         correction=correction,
         recognizer=recognizer,
         longest=longest,
+        smooth=config.smooth,
         floor=Floor.of(data) if config.floor else None,
     )
     if not config.rank or recognizer is None:
