@@ -12,7 +12,7 @@ from torch.nn.utils.rnn import pad_sequence
 
 from motiongen.contracts import Condition, GeneratorModule
 from motiongen.motion.canonical import GroundFrame
-from motiongen.motion.representation import pack, unpack
+from motiongen.motion.certainty import settle
 from motiongen.motion.transition import smooth_seam
 from motiongen.recognition.recognizer import Recognizer
 from motiongen.synthesis.correction import Correction, Uncorrected
@@ -120,8 +120,7 @@ def synthesize(
         turns = torch.tensor([abs(track.turned) for track in active], device=device)
         smoothed = (turns / TURN_A_FRAME).ceil().long().maximum(transition_frames * (made.jumps | smooth))
         recent = torch.stack([track.recent for track in active])
-        # A generator that adds displacements to numbers leaves the rotations; what comes next begins from rotations.
-        motion = smooth_seam(recent, pack(*unpack(frame.leave(made.motion))), smoothed)
+        motion = smooth_seam(recent, settle(recent, frame.leave(made.motion), condition.mask), smoothed)
         if floor is not None:
             motion = floor(motion, condition.mask)
         for track, own, frames in zip(active, motion, smoothed.tolist(), strict=True):
