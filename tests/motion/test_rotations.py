@@ -5,7 +5,7 @@ import math
 import roma
 import torch
 
-from motiongen.motion.rotations import matrix_from_rot6d, rot6d_from_matrix, yaw_matrix
+from motiongen.motion.rotations import matrix_from_rot6d, rot6d_from_matrix, share_of, yaw_matrix
 
 
 def random_rotations(*shape: int) -> torch.Tensor:
@@ -51,3 +51,9 @@ def test_gradient_is_finite_at_the_identity():
 def test_yaw_is_counter_clockwise_seen_from_above():
     turned = yaw_matrix(torch.tensor(math.pi / 2)) @ torch.tensor([0.0, -1.0, 0.0])
     torch.testing.assert_close(turned, torch.tensor([1.0, 0.0, 0.0]))
+
+
+def test_shares_of_a_rotation_go_the_short_way():
+    quarter = roma.rotvec_to_rotmat(torch.tensor([[0.0, 0.0, math.pi / 2], [0.0, 0.0, 1.5 * math.pi]]))
+    got = roma.rotmat_to_rotvec(share_of(quarter, torch.tensor([0.5, 0.5])))[:, 2]
+    torch.testing.assert_close(got, torch.tensor([math.pi / 4, -math.pi / 4]))

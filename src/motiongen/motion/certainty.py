@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import roma
 import torch
 from torch import Tensor
 
 from motiongen.motion.representation import ROTATION, pack, unpack
+from motiongen.motion.rotations import share_of
 from motiongen.motion.skeleton import JOINTS
 
 SURE = 0.5
@@ -44,8 +44,7 @@ def settle(before: Tensor, motion: Tensor, mask: Tensor) -> Tensor:
     gone = (time - start) / (end - start).clamp(min=1)
     share = gone.square() * (3 - 2 * gone)
     one, other = (torch.take_along_dim(all_rotations, at[..., None, None], dim=1) for at in (start, end))
-    way = share.unsqueeze(-1) * roma.rotmat_to_rotvec(other @ one.transpose(-1, -2))
-    between = roma.rotvec_to_rotmat(way) @ one
+    between = share_of(other @ one.transpose(-1, -2), share) @ one
     return pack(torch.where(sure[..., None, None], all_rotations, between)[:, 1:], positions)
 
 

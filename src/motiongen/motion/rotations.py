@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import roma
 import torch
 from torch import Tensor
 
@@ -23,6 +24,11 @@ def matrix_from_rot6d(rot6d: Tensor) -> Tensor:
     y = y / y.square().sum(dim=0).sqrt()
     z = torch.linalg.cross(x, y, dim=0)
     return torch.stack([x, y, z], dim=1).movedim((0, 1), (-2, -1))
+
+
+def share_of(rotations: Tensor, shares: Tensor) -> Tensor:
+    """Rotations (..., 3, 3) turned by shares (...) of their angles, the short way: slerp from none."""
+    return roma.rotvec_to_rotmat(shares.unsqueeze(-1) * roma.rotmat_to_rotvec(rotations))
 
 
 def yaw_matrix(yaw: Tensor) -> Tensor:

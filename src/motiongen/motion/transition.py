@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import roma
 import torch
 from torch import Tensor
 
 from motiongen.motion.representation import pack, unpack
+from motiongen.motion.rotations import share_of
 
 
 def smooth_seam(before: Tensor, motion: Tensor, frames: Tensor) -> Tensor:
@@ -42,7 +42,11 @@ def smooth_seam(before: Tensor, motion: Tensor, frames: Tensor) -> Tensor:
     time = time.clamp(max=1).masked_fill((frames == 0).unsqueeze(-1), 1.0)
     share = (1 - time).square() * (1 + 2 * time)  # (B, longest) from 1 to 0, level at both ends
     change_share = frames.unsqueeze(-1) * time * (1 - time).square()  # from 0, by 1 a frame, back to 0
-    turned = _slerp(change, change_share) @ _slerp(off[:, 0], share) @ rotations
+    turned = (
+        share_of(change.unsqueeze(1), change_share.unsqueeze(-1))
+        @ share_of(off[:, :1], share.unsqueeze(-1))
+        @ rotations
+    )
     moved = (
         positions
         + share.unsqueeze(-1) * off_position[:, :1]
@@ -50,8 +54,3 @@ def smooth_seam(before: Tensor, motion: Tensor, frames: Tensor) -> Tensor:
     )
     changed = torch.where((time < 1).unsqueeze(-1), pack(turned, moved), motion[:, :longest])
     return torch.cat([changed, motion[:, longest:]], dim=1)
-
-
-def _slerp(rotations: Tensor, shares: Tensor) -> Tensor:
-    """Shares (B, T) of rotations (B, J, 3, 3) by the short way, (B, T, J, 3, 3)."""
-    return roma.rotvec_to_rotmat(shares[..., None, None] * roma.rotmat_to_rotvec(rotations).unsqueeze(1))
