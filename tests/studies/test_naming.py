@@ -36,3 +36,10 @@ def test_every_study_says_what_its_table_shows_and_every_published_row_exists() 
         published = set(settings.published.rows) if settings.published else set()
         assert published <= rows
         assert len(rows) > 1
+
+
+@pytest.mark.parametrize("study", sorted(STUDIES))
+def test_published_accuracies_are_shares_as_measured_ones_are(study: str) -> None:
+    published = compose([f"study={study}"]).study.published
+    for row in published.rows.values() if published else ():
+        assert all(0.0 < value < 1.0 for metric, value in row.items() if metric.endswith("accuracy"))
