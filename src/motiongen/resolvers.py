@@ -99,17 +99,22 @@ def run_name(*, _root_: Container) -> str:
     return _named(_root_, name, choices.get("task", "train"), hydra.overrides.task)
 
 
+def changes_in(overrides: Iterable[str]) -> list[str]:
+    """What a command line changes about a run, besides what the beginning of its name says, as it was typed."""
+    keys = ((text.lstrip("+~").partition("=")[0], text) for text in overrides)
+    return [text for key, text in keys if key not in SHOWN_ELSEWHERE and not key.startswith(SHOWN_ELSEWHERE_BELOW)]
+
+
 def _named(root: Container, name: str | None, task: str, overrides: Iterable[str]) -> str:
     hydra = OmegaConf.select(root, "hydra") or HydraConfig.get()
     choices = hydra.runtime.choices
     parts = [str(part) for part in (name, None if task == "train" else task) if part]
     parts += [str(choices[group]) for group in ("data", "scale") if choices.get(group)]
     parts.append(f"s{OmegaConf.select(root, 'seed')}")
-    for override in overrides:
-        key, _, value = override.lstrip("+~").partition("=")
-        if key not in SHOWN_ELSEWHERE and not key.startswith(SHOWN_ELSEWHERE_BELOW):
-            place = key.replace("/", ".").removeprefix("generator.")
-            parts.append(f"{place}={value.strip('[]').replace(',', '+') or 'none'}")
+    for change in changes_in(overrides):
+        key, _, value = change.lstrip("+~").partition("=")
+        place = key.replace("/", ".").removeprefix("generator.")
+        parts.append(f"{place}={value.strip('[]').replace(',', '+') or 'none'}")
     readable = re.sub(r"[^\w.=,+-]+", "_", "-".join(parts)).strip("_.")
     return readable[:LONGEST_RUN_NAME]
 

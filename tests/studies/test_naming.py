@@ -4,7 +4,8 @@ import pytest
 
 from motiongen.configuration import compose
 from motiongen.discovery import options
-from motiongen.studies.naming import Row, StudyError, chosen_row, swept_study
+from motiongen.resolvers import changes_in
+from motiongen.studies.naming import Row, StudyError, changes_text, chosen_row, swept_study
 
 STUDIES = {option.group.removeprefix("ablation/") for option in options() if option.group.startswith("ablation/")}
 
@@ -24,6 +25,14 @@ def test_two_studies_at_a_time_are_refused() -> None:
 def test_the_study_of_a_command_line_is_known_before_its_rows_are() -> None:
     assert swept_study(["seed=0,1", "+ablation/systems=glob(*)"]) == "systems"
     assert swept_study(["seed=0,1", "+experiment=actor"]) is None
+
+
+def test_what_a_command_line_changed_is_the_same_text_in_any_order() -> None:
+    asked = ["task=report", "study=systems", "data=bandai", "recognizer@second_recognizer=st_gcn", "data.draws=4"]
+    run = ["+ablation/systems=actor", "data.draws=4", "seed=2", "recognizer@second_recognizer=st_gcn", "data=bandai"]
+    assert changes_text(changes_in(asked)) == changes_text(changes_in(run))
+    assert changes_text(changes_in(run)) == "data.draws=4 recognizer@second_recognizer=st_gcn"
+    assert changes_text(["generator/unroller/query=[a,b]"]) == "'generator/unroller/query=[a,b]'", "as a shell takes it"
 
 
 def test_every_study_says_what_its_table_shows_and_every_published_row_exists() -> None:

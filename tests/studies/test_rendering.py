@@ -33,7 +33,8 @@ SETTINGS = OmegaConf.create(
 
 def result(fid: float) -> StoredResult:
     metrics = {metric: {"mean": 0.9} for metric in HEADINGS | FURTHER}
-    systems = {"generated": {"metrics": {**metrics, "fid": {"mean": fid}}}, "real": {"metrics": metrics}}
+    generated = {**metrics, "fid": {"mean": fid}}
+    systems = {"generated": {"metrics": generated, "count": 50}, "real": {"metrics": metrics, "count": 50}}
     evaluation = {
         "systems": systems,
         "protocol": {"seeds": 2},

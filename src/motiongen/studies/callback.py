@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
-from motiongen.studies.naming import swept_study
+from motiongen.resolvers import changes_in
+from motiongen.studies.naming import changes_text, swept_study
 
 if TYPE_CHECKING:
     from motiongen.tracking.tracker import Tracker
@@ -47,7 +48,8 @@ class StudyCallback(Callback):
             if state != "done":
                 print(f"- {path.name}: {failure(path) if state == 'failed' else 'unfinished'}")
         data, scale = (config.hydra.runtime.choices[group] for group in ("data", "scale"))
-        print(f"The table: python -m motiongen task=report study={study} data={data} scale={scale}")
+        changes = changes_text(changes_in(config.hydra.overrides.task))
+        print(f"The table: python -m motiongen task=report study={study} data={data} scale={scale} {changes}".rstrip())
         if counts["failed"]:
             sys.exit(
                 f"motiongen: {counts['failed']} rows failed; the same command with retry_failed=true runs them again"

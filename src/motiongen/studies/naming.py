@@ -5,6 +5,7 @@ A row is a file `conf/ablation/<study>/<row>.yaml`, added with `+ablation/<study
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,8 @@ from typing import Any
 from motiongen.errors import InputError
 
 GROUP = "ablation/"
+CHANGES = "changes"
+"""The tag in the tracker of what the command line changed about a row, as `changes_text` writes it"""
 STUDIES = Path("runs", "studies")
 
 
@@ -44,6 +47,11 @@ def swept_study(overrides: Iterable[str]) -> str | None:
     """The study whose rows the overrides of a command line add, swept or not."""
     keys = (text.lstrip("+").partition("=")[0] for text in overrides)
     return next((key.removeprefix(GROUP) for key in keys if key.startswith(GROUP)), None)
+
+
+def changes_text(changes: Iterable[str]) -> str:
+    """Overrides that were made to all rows of a study, as they can be typed, whatever order they came in."""
+    return shlex.join(sorted(changes))
 
 
 def study_folder(study: str, data: str, scale: str) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
@@ -18,7 +18,7 @@ from motiongen.evaluation.stored import StoredResult, alike, read_result, read_s
 from motiongen.evaluation.stored_long import long_result
 from motiongen.runs import SUMMARY_FILE, run_id_in
 from motiongen.schemas import problem_in
-from motiongen.studies.naming import StudyError
+from motiongen.studies.naming import CHANGES, StudyError
 from motiongen.tracking.mlflow import PARENT
 
 if TYPE_CHECKING:
@@ -49,6 +49,8 @@ class StudyResults:
     """Names of rows and seeds that have no result, with what became of them"""
     runs: Mapping[str, str] = field(default_factory=dict)
     """Row to the id of its first training's run in MLflow"""
+    changes: str = ""
+    """What the command line changed about all rows"""
 
     def values(self, row: str, metric: str, system: str = GENERATED) -> tuple[float, ...]:
         """A metric of every training of a row that measured it: the mean over its generation seeds."""
@@ -70,16 +72,17 @@ class StudyResults:
         return replace(self, rows=rows) if complete and len(alike(chain(*rows.values()))) == 1 else None
 
 
-def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults:
-    """Everything that was measured in the study whose folder this is.
+def study_results(tracker: DictConfig, study: str, folder: Path, changes: str = "") -> StudyResults:
+    """Everything that was measured in the study whose folder this is, with these overrides to all rows.
 
     Args:
         tracker: the configuration of the tracker that the study was run with.
         study: its name.
         folder: where its rows lie.
+        changes: the overrides, as `changes_text` writes them. None stand for those of all rows, if they have the same.
 
     Raises:
-        StudyError: nothing was measured, no MLflow tracker, or results that do not compare.
+        StudyError: nothing was measured, or with other overrides, no MLflow tracker, or results that do not compare.
     """
     if tracker.get("uri") is None:
         raise StudyError("report: a study's results are read from MLflow; tracker=none has none")
@@ -93,7 +96,11 @@ def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults
     finished: dict[str, dict[int, StoredResult]] = {}
     ids: dict[str, dict[int, str]] = {}
     unfinished: dict[str, str] = {}
-    for run in _children(client, tracker.experiment, parent):
+    children = list(_children(client, tracker.experiment, parent))
+    changes = _changes_meant(changes, {_changes_of(run) for run in children}, study)
+    for run in children:
+        if _changes_of(run) != changes:
+            continue
         name = str(run.info.run_name)
         unfinished.pop(name, None)
         if run.info.status == "FINISHED":
@@ -108,7 +115,7 @@ def study_results(tracker: DictConfig, study: str, folder: Path) -> StudyResults
     _require_alike(rows)
     told = tuple(f"{name}: {status}" for name, status in unfinished.items())
     firsts = {row: ids[row][min(ids[row])] for row in rows}
-    return StudyResults(study, parent, rows, told, firsts)
+    return StudyResults(study, parent, rows, told, firsts, changes)
 
 
 def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Run]:
@@ -123,6 +130,23 @@ def _children(client: MlflowClient, experiment: str, parent: str) -> Iterator[Ru
         token = page.token
         if not token:
             return
+
+
+def _changes_of(run: Run) -> str:
+    return str(run.data.tags.get(CHANGES, ""))
+
+
+def _changes_meant(asked: str, there: Set[str], study: str) -> str:
+    """Which of the overrides that rows were run with are asked for."""
+    if asked in there or not there:
+        return asked
+    if not asked and len(there) == 1:
+        return next(iter(there))
+    lines = "\n".join(f"- {changes or '(none)'}" for changes in sorted(there))
+    raise StudyError(
+        f"report: no row of {study} was run with {asked or 'no further overrides'}; name those of one table, as in "
+        f"task=report study={study} <overrides>. Rows were run with\n{lines}"
+    )
 
 
 def _result(client: MlflowClient, run: Run) -> StoredResult:

@@ -179,8 +179,9 @@ def _protocol(results: StudyResults) -> str:
         judged = f"{evaluation['count']} test clips, {len(evaluation['seeds'])} generations of each"
     else:
         judged = f"{protocol['count']} sequences of {protocol['actions']} actions, {' and '.join(protocol['kinds'])}"
+    run_with = f"Run with {results.changes}. " if results.changes else ""
     return (
-        f"{judged}; data {str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} "
+        f"{run_with}{judged}; data {str(evaluation['data_fingerprint'])[:12]}; {recognizer['name']} "
         f"{str(recognizer['fingerprint'])[:12]} knows {recognizer['test_accuracy']:.3f} of the real test clips."
     )
 

@@ -39,8 +39,8 @@ from motiongen.evaluation.table import (
     training_rows,
 )
 from motiongen.recognition.recognizer import TrainedRecognizer
-from motiongen.resolvers import current_run_name
-from motiongen.studies.naming import chosen_row
+from motiongen.resolvers import changes_in, current_run_name
+from motiongen.studies.naming import CHANGES, changes_text, chosen_row
 from motiongen.tracking.summary import LATENCY, circumstances, write_summary
 from motiongen.tracking.tags import choice_tags
 from motiongen.tracking.tracker import Tracker
@@ -70,7 +70,7 @@ class Record:
         hydra = HydraConfig.get()
         tags = choice_tags(self._config, hydra.runtime.choices) | {"seed": str(self._config.seed)}
         if row := chosen_row(hydra.runtime.choices):
-            tags |= {"study": row.study, "row": row.name}
+            tags |= {"study": row.study, "row": row.name, CHANGES: changes_text(changes_in(hydra.overrides.task))}
         name = current_run_name(self._config)
         parent = Path(hydra.sweep.dir) if hydra.mode is RunMode.MULTIRUN else None
         self.tracker.start(name, resolved, tags, self._folder, parent)

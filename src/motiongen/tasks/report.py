@@ -10,8 +10,9 @@ from motiongen.discovery import options
 from motiongen.evaluation.stored import alike, read_result, result_rows
 from motiongen.evaluation.table import markdown
 from motiongen.files import replacing
+from motiongen.resolvers import changes_in
 from motiongen.runs import run_folder_of
-from motiongen.studies.naming import study_folder
+from motiongen.studies.naming import changes_text, study_folder
 
 
 def run(config: DictConfig) -> None:
@@ -36,7 +37,7 @@ def report_study(config: DictConfig) -> None:
     """The study's table as report.md, .csv, .tex and .html in its folder and in its run in MLflow, and its curves.
 
     Raises:
-        StudyError: nothing was measured, or not alike.
+        StudyError: nothing was measured, or not alike, or the overrides leave open which rows are meant.
     """
     from motiongen.evaluation.latents import LATENTS_FILE
     from motiongen.studies.curves import curves_csv, draw_curves, length_curves, place_curves
@@ -50,7 +51,8 @@ def report_study(config: DictConfig) -> None:
     choices = config.hydra.runtime.choices
     name = str(config.study.name)
     folder = study_folder(name, choices["data"], choices["scale"])
-    results = study_results(config.tracker, name, folder)
+    changes = changes_text(changes_in(config.hydra.overrides.task))
+    results = study_results(config.tracker, name, folder, changes)
     table = study_table(results, config.study, _title(name))
     pictures = [folder / "report.png"]
     draw_rows(pictures[0], table)
