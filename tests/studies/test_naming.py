@@ -5,7 +5,7 @@ import pytest
 from motiongen.configuration import compose
 from motiongen.discovery import options
 from motiongen.resolvers import changes_in
-from motiongen.studies.naming import Row, StudyError, changes_text, chosen_row, swept_study
+from motiongen.studies.naming import Row, StudyError, changes_text, chosen_row, swept_changes, swept_study
 
 STUDIES = {option.group.removeprefix("ablation/") for option in options() if option.group.startswith("ablation/")}
 
@@ -32,7 +32,20 @@ def test_what_a_command_line_changed_is_the_same_text_in_any_order() -> None:
     run = ["+ablation/systems=actor", "data.draws=4", "seed=2", "recognizer@second_recognizer=st_gcn", "data=bandai"]
     assert changes_text(changes_in(asked)) == changes_text(changes_in(run))
     assert changes_text(changes_in(run)) == "data.draws=4 recognizer@second_recognizer=st_gcn"
-    assert changes_text(["generator/unroller/query=[a,b]"]) == "'generator/unroller/query=[a,b]'", "as a shell takes it"
+    assert changes_text(["generator/unroller/query=[a, b]"]) == "'generator/unroller/query=[a,b]'", (
+        "as a shell takes it"
+    )
+
+
+def test_a_sweep_over_changes_is_a_text_for_every_combination() -> None:
+    swept = changes_in(["seed=0,1", "objective.weights.kl=1e-4,1e-5", "data.draws=4"])
+    assert swept_changes(swept) == [
+        "data.draws=4 objective.weights.kl=0.0001",
+        "data.draws=4 objective.weights.kl=1e-05",
+    ]
+    assert changes_text(["objective.weights.kl=1e-4"]) == "objective.weights.kl=0.0001"
+    assert swept_changes(["generator/conditioning=glob(*token)"]) == ["generator/conditioning=bias_token"]
+    assert swept_changes([]) == [""]
 
 
 def test_every_study_says_what_its_table_shows_and_every_published_row_exists() -> None:

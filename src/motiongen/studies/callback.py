@@ -11,7 +11,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
 from motiongen.resolvers import changes_in
-from motiongen.studies.naming import changes_text, swept_study
+from motiongen.studies.naming import swept_changes, swept_study
 
 if TYPE_CHECKING:
     from motiongen.tracking.tracker import Tracker
@@ -35,10 +35,11 @@ class StudyCallback(Callback):
         study = swept_study(config.hydra.overrides.task)
         if study is None:
             return
-        from motiongen.studies.rows import failure, row_folders, state_of
+        from motiongen.studies.rows import changes_of, failure, row_folders, state_of
 
         folder = Path(config.hydra.sweep.dir)
-        states = {path: state_of(path) for path in row_folders(folder)}
+        own = swept_changes(changes_in(config.hydra.overrides.task))
+        states = {path: state_of(path) for path in row_folders(folder) if changes_of(path) in own}
         counts = Counter(states.values())
         tracker = _started(config, study, folder)
         tracker.log_metrics({f"rows/{state}": float(counts[state]) for state in ("done", "failed", "unfinished")})
@@ -48,8 +49,9 @@ class StudyCallback(Callback):
             if state != "done":
                 print(f"- {path.name}: {failure(path) if state == 'failed' else 'unfinished'}")
         data, scale = (config.hydra.runtime.choices[group] for group in ("data", "scale"))
-        changes = changes_text(changes_in(config.hydra.overrides.task))
-        print(f"The table: python -m motiongen task=report study={study} data={data} scale={scale} {changes}".rstrip())
+        for changes in own:
+            line = f"python -m motiongen task=report study={study} data={data} scale={scale} {changes}"
+            print(f"The table: {line.rstrip()}")
         if counts["failed"]:
             sys.exit(
                 f"motiongen: {counts['failed']} rows failed; the same command with retry_failed=true runs them again"

@@ -8,9 +8,14 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Glob, Override
+
+from motiongen.discovery import options
 from motiongen.errors import InputError
 
 GROUP = "ablation/"
@@ -50,8 +55,26 @@ def swept_study(overrides: Iterable[str]) -> str | None:
 
 
 def changes_text(changes: Iterable[str]) -> str:
-    """Overrides that were made to all rows of a study, as they can be typed, whatever order they came in."""
-    return shlex.join(sorted(changes))
+    """Overrides that were made to a row, as they can be typed: the same text however they were typed."""
+    return swept_changes(changes)[0]
+
+
+def swept_changes(changes: Iterable[str]) -> list[str]:
+    """The same of overrides that may sweep over something: a text for every combination."""
+    parsed = OverridesParser.create().parse_overrides(list(changes))
+    return [shlex.join(sorted(chosen)) for chosen in product(*map(_spelled, parsed))]
+
+
+def _spelled(override: Override) -> list[str]:
+    """As Hydra hands them to the jobs of a multirun."""
+    value = override.value()
+    if isinstance(value, Glob):
+        values = value.filter([option.name for option in options() if option.group == override.key_or_group])
+    elif override.is_sweep_override():
+        values = list(override.sweep_string_iterator())
+    else:
+        values = [override.get_value_element_as_str()]
+    return [f"{override.get_key_element()}={value}" for value in values]
 
 
 def study_folder(study: str, data: str, scale: str) -> Path:

@@ -20,8 +20,10 @@ from omegaconf import DictConfig, open_dict
 
 from motiongen.errors import input_error
 from motiongen.files import replacing
-from motiongen.runs import CHECKPOINT, SUMMARY_FILE
+from motiongen.resolvers import changes_in
+from motiongen.runs import CHECKPOINT, SUMMARY_FILE, stored_overrides
 from motiongen.studies.identity import Identity, identity_of, read_identity
+from motiongen.studies.naming import changes_text
 
 ROW_FILE = "row.json"
 FAILED_FILE = "failed.json"
@@ -132,6 +134,15 @@ def failure(folder: Path) -> str:
 def row_folders(study: Path) -> list[Path]:
     """The folders of the rows of a study that were begun, in the order of their names."""
     return sorted(path.parent for path in study.glob(f"*/{LOCK_FILE}"))
+
+
+def changes_of(folder: Path) -> str:
+    """The overrides that a row was last asked for with, as `changes_text` writes them.
+
+    Raises:
+        RunError: what Hydra stored of them is gone or damaged.
+    """
+    return changes_text(changes_in(stored_overrides(folder, "study", trust=True)))  # told, never run
 
 
 def _write(path: Path, values: dict[str, str]) -> None:
